@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._types import Floats, Found, Grasp, Object, Outcome, Scan, View, _matrix4, _positions
-
-__all__ = ["Scene", "perceive", "View", "Object"]
+from ._types import Floats, Found, Grasp, Outcome, Scan, View, _matrix4, _positions
 
 
 def experiment_file(name: str | os.PathLike[str]) -> str:

@@ -252,10 +252,7 @@ void AddListCommand(CLI::App& app) {
   auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "print as JSON");
   command->footer(footer);
-  command->callback([what, json] {
-    const std::string text = ListingOf(*what, *json);
-    *json ? WriteResult(text) : WriteTables(text);
-  });
+  command->callback([what, json] { WriteResult(ListingOf(*what, *json)); });
 }
 
 void AddVersionCommand(CLI::App& app) {

@@ -1,6 +1,5 @@
 #include "cli/output.h"
 
-#include <fmt/color.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -9,69 +8,13 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <string_view>
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/pattern.h"
 #include "base/words.h"
 
 namespace rangegrasp::cli {
 namespace {
-
-bool IsRule(std::string_view line) {
-  return !line.empty() && line.find_first_not_of('-') == std::string_view::npos;
-}
-
-std::string Styled(const std::string& text, const fmt::text_style& style) {
-  return text.empty() ? text : fmt::format(style, "{}", text);
-}
-
-// Colors "worse", "better" and figures marked as below the published ones in a table's row.
-std::string WithVerdicts(const std::string& row) {
-  std::string text;
-  std::size_t after = 0;
-  for (const auto& match : base::AllMatches(row, R"((\S+\*)(?=\s|$)|\b(worse|better)\b)")) {
-    const std::string& word = match.groups[0];
-    text += row.substr(after, match.begin - after);
-    text += Styled(
-        word, fmt::fg(word == "better" ? fmt::terminal_color::green : fmt::terminal_color::red));
-    after = match.end();
-  }
-  return text + row.substr(after);
-}
-
-// Whether stdout is a terminal that shows colors and its user wants them: TERM is not "dumb", and
-// NO_COLOR is not set (https://no-color.org).
-bool StdoutShowsColors() {
-  const char* terminal = std::getenv("TERM");
-  const char* none = std::getenv("NO_COLOR");
-  return isatty(STDOUT_FILENO) == 1 && terminal && std::string_view(terminal) != "dumb" &&
-         !(none && *none != '\0');
-}
-
-// Formats tables and lists for a terminal: titles and headers bold, rules and the stamp faint,
-// verdicts and figures significantly below the published ones in color.
-std::string ForTerminal(const std::string& text) {
-  const auto lines = base::Split(text, '\n');
-  const auto at = [&](std::size_t i) { return i < lines.size() ? lines[i] : std::string(); };
-  std::string shown;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const bool begins = i == 0 || lines[i - 1].empty();
-    const bool title = begins && (at(i + 1).empty() || lines[i].ends_with(':'));
-    const bool stamp = lines[i].find(": rangegrasp ") != std::string::npos;
-    if (IsRule(lines[i]) || stamp) {
-      shown += Styled(lines[i], fmt::emphasis::faint);
-    } else if (title || (begins && IsRule(at(i + 1)))) {
-      shown += Styled(lines[i], fmt::emphasis::bold);
-    } else {
-      shown += WithVerdicts(lines[i]);
-    }
-    if (i + 1 < lines.size()) shown += '\n';
-  }
-  return shown;
-}
 
 using std::chrono::milliseconds;
 
@@ -95,18 +38,9 @@ void WriteResult(const std::string& text, const std::filesystem::path& file) {
   throw base::RunError("stdout: the results could not be written");
 }
 
-void WriteTables(const std::string& text) {
-  WriteResult(StdoutShowsColors() ? ForTerminal(text) : text);
-}
-
 void WriteTables(const experiment::Report& report, const experiment::Stamp& stamp,
                  experiment::TableFormat format) {
-  const std::string text = experiment::Format(report, stamp, format);
-  if (format == experiment::TableFormat::kText) {
-    WriteTables(text);
-  } else {
-    WriteResult(text);
-  }
+  WriteResult(experiment::Format(report, stamp, format));
 }
 
 void CheckEnding(const std::filesystem::path& file, const std::vector<std::string>& endings) {

@@ -26,9 +26,7 @@ namespace rangegrasp::cli {
 /// @throws base::RunError naming the target if it cannot be written completely.
 void WriteResult(const std::string& text, const std::filesystem::path& file = {});
 
-/// Writes tables and lists to stdout, with colors if it is a terminal that shows them.
-void WriteTables(const std::string& text);
-/// The same for a report; only the text format has colors.
+/// Writes a report's tables to stdout.
 void WriteTables(const experiment::Report& report, const experiment::Stamp& stamp,
                  experiment::TableFormat format);
 

@@ -57,7 +57,7 @@ std::string MergeScriptText(const Submission& submission, const fs::path& progra
 set -eu
 cd {folder}
 {program} merge --complete $(for i in $(seq {tasks}); do echo "shards/$i"; done) --out .
-{program} table . --files --out table.txt
+{program} table . --files >table.txt
 )",
       fmt::arg("name", submission.MergeJobName()), fmt::arg("program", Quoted(program)),
       fmt::arg("tasks", submission.tasks), fmt::arg("folder", Quoted(submission.folder)));

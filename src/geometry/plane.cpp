@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "base/linear_algebra.h"
 #include "base/statistics.h"
@@ -123,10 +122,6 @@ bool IsFlat(PointSpan points) {
 
 std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOptions& options,
                                        base::Rng& rng) {
-  if (options.draws < 1) throw std::invalid_argument("FitPlaneRansac: draws must be >= 1");
-  if (!(options.inlier_distance_m > 0.0)) {
-    throw std::invalid_argument("FitPlaneRansac: inlier_distance_m must be > 0");
-  }
   if (points.size() < 3) return std::nullopt;
   std::optional<Plane> best;
   std::size_t best_count = 0;

@@ -1,7 +1,5 @@
 #include "grasp/grasp.h"
 
-#include <stdexcept>
-
 #include "grasp/internal/candidates.h"
 #include "robot/ik.h"
 
@@ -107,10 +105,6 @@ std::vector<Grasp> PlanGrasps(const Scene& scene, std::size_t object, const Hand
                               std::span<const geometry::TriangleMesh> obstacles_C) {
   GraspOptions options = given;
   options.pitches = options.pitches && !hand.level;  // a level hand is not pitched
-  if (object >= scene.objects.size()) throw std::invalid_argument("PlanGrasps: no such object");
-  if (options.max_candidates < 1) {
-    throw std::invalid_argument("PlanGrasps: max_candidates must be at least 1");
-  }
   Task task = MakeTask(scene, object, hand, arm, options);
   if (task.samples.points.empty()) return {};
   HandCollider collider(hand, Others(scene, object, obstacles_C), SurfaceOf(task.object),

@@ -90,7 +90,6 @@ struct Arm {
 /// only if no cylindrical or rim grasp is free, or if options.power_only asks for it.
 /// @param arm  grasp points next to its base are preferred (section 5.2)
 /// @param obstacles_C  what the hand must not touch besides the other objects (ObstaclesOf)
-/// @throws std::invalid_argument if there is no such object, or options.max_candidates < 1.
 std::vector<Grasp> PlanGrasps(const perception::Scene& scene, std::size_t object,
                               const robot::HandModel& hand, const Arm& arm,
                               const GraspOptions& options,

@@ -68,7 +68,6 @@ struct PlacedGrasp {
 /// @param poses_CO  the object's pose, and those in which a symmetric object looks the same
 /// @param object  position of the object itself in scene.objects
 /// @param obstacles_C  what the hand must not touch besides the other objects (ObstaclesOf)
-/// @throws std::invalid_argument if there is no such object.
 std::vector<PlacedGrasp> PlaceNamedGrasps(const NamedGrasps& known, const std::string& use,
                                           std::span<const base::Pose> poses_CO,
                                           const perception::Scene& scene, std::size_t object,

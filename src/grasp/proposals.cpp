@@ -1,7 +1,6 @@
 #include "grasp/proposals.h"
 
 #include <Eigen/Geometry>
-#include <stdexcept>
 
 #include "base/linear_algebra.h"
 #include "base/statistics.h"
@@ -121,7 +120,6 @@ void CheckProposals(const perception::Scene& scene, std::size_t object, const Ha
                     const GraspOptions& options,
                     std::span<const geometry::TriangleMesh> obstacles_C,
                     std::vector<Grasp>& grasps) {
-  if (object >= scene.objects.size()) throw std::invalid_argument("CheckProposals: no such object");
   const collision::HandCollider collider(hand, Others(scene, object, obstacles_C),
                                          SurfaceOf(scene.objects[object]), scene.table.plane,
                                          {options.object_clearance_m, options.table_clearance_m});

@@ -37,7 +37,6 @@ std::vector<Proposal> ProposeStraightDown(geometry::PointSpan points_C,
 /// narrow one, and sets its opening and collision verdict.
 /// @param object  position in scene.objects of the object to grasp
 /// @param obstacles_C  what the hand must not touch besides the other objects (ObstaclesOf)
-/// @throws std::invalid_argument if there is no such object.
 void CheckProposals(const perception::Scene& scene, std::size_t object,
                     const robot::HandModel& hand, const GraspOptions& options,
                     std::span<const geometry::TriangleMesh> obstacles_C,

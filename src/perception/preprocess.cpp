@@ -3,7 +3,6 @@
 #include <limits>
 #include <numeric>
 #include <ranges>
-#include <stdexcept>
 
 namespace rangegrasp::perception {
 namespace {
@@ -168,15 +167,6 @@ std::optional<Plane> DominantPlane(PointSpan points, const Vector3d& sensor_orig
   return std::nullopt;
 }
 
-void Check(const PreprocessOptions& options) {
-  const auto require = [](bool holds, const char* what) {
-    if (!holds) throw std::invalid_argument(std::string("FindTable: ") + what);
-  };
-  require(options.preselection_m > 0.0, "preselection_m must be > 0");
-  require(options.table_clearance_m >= 0.0, "table_clearance_m must be >= 0");
-  require(!options.up_C || options.up_C->norm() > 0.0, "up_C must not be zero");
-}
-
 /// A flat cloud has no hull: all of it is the table.
 std::optional<Plane> FlatCloud(PointSpan points, const Vector3d& sensor_origin,
                                const PreprocessOptions& options) {
@@ -290,7 +280,6 @@ class Filter {
 
 std::optional<Table> FindTable(PointSpan points_C, const Vector3d& sensor_origin_C,
                                const PreprocessOptions& options, base::Rng& rng) {
-  Check(options);
   auto plane = FlatCloud(points_C, sensor_origin_C, options);
   if (!plane) plane = PlaneUnderAll(points_C, sensor_origin_C, options, rng);
   if (!plane && options.robust_table) {

@@ -16,7 +16,6 @@ namespace rangegrasp::perception {
 /// the plane, and all below it (eq. 4.3, 4.4). O(n log n).
 /// @param sensor_origin_C  the sensor's position, or any other place on its side of the table
 /// @return nullopt if no plane was found.
-/// @throws std::invalid_argument if an option is out of range.
 std::optional<Table> FindTable(geometry::PointSpan points_C, const Eigen::Vector3d& sensor_origin_C,
                                const PreprocessOptions& options, base::Rng& rng);
 

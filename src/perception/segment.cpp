@@ -355,49 +355,17 @@ std::vector<Indices> LargestFirst(std::vector<Indices> segments, const SegmentOp
   return segments;
 }
 
-void Require(bool holds, const std::string& what) {
-  if (!holds) throw std::invalid_argument("Segment: " + what);
-}
-
-void Check(const SegmentOptions& options) {
-  Require(options.alpha_m >= 0.0, "alpha_m must be >= 0");
-  Require(options.min_alpha_m <= options.max_alpha_m, "min_alpha_m must be <= max_alpha_m");
-}
-
-void Check(const ConvexityOptions& o) {
-  const auto is_share = [](double share) { return share >= 0.0 && share <= 1.0; };
-  Require(o.link_m > 0.0 && std::isfinite(o.link_m), "convexity: link_m must be > 0");
-  Require(o.patch_m > 0.0 && std::isfinite(o.patch_m), "convexity: patch_m must be > 0");
-  Require(o.step_m >= 0.0, "convexity: step_m must be >= 0");
-  Require(o.patch_turn > 0.0, "convexity: patch_turn must be > 0");
-  Require(o.on_a_line >= 0.0, "convexity: on_a_line must be >= 0");
-  Require(o.grazing_reach >= 1.0, "convexity: grazing_reach must be >= 1");
-  Require(o.few_links >= 0, "convexity: few_links must be >= 0");
-  Require(is_share(o.max_along_line), "convexity: max_along_line must be from 0 to 1");
-  Require(is_share(o.max_link_slope), "convexity: max_link_slope must be from 0 to 1");
-  Require(o.min_seed_points >= 1, "convexity: min_seed_points must be >= 1");
-  Require(o.concavity_rad >= 0.0 && o.concavity_rad < o.concave_rad,
-          "convexity: concavity_rad must be >= 0 and < concave_rad");
-  Require(o.concave_weight >= 0.0, "convexity: concave_weight must be >= 0");
-  Require(o.speck_patches >= 0.0, "convexity: speck_patches must be >= 0");
-  Require(is_share(o.sliver_share), "convexity: sliver_share must be from 0 to 1");
-  Require(o.sliver_depth >= 0.0, "convexity: sliver_depth must be >= 0");
-}
-
 }  // namespace
 
 double MeshAlpha(double d_max_m, const SegmentOptions& options) {
-  if (options.alpha_m > 0.0) return options.alpha_m;
   if (!options.bounded_alpha) return d_max_m;
   return std::clamp<double>(d_max_m, options.min_alpha_m, options.max_alpha_m);
 }
 
 std::vector<Indices> SegmentByMesh(PointSpan points, const SegmentOptions& options) {
-  Check(options);
   if (points.size() < 3) return {};
   const KdTree tree(points);
-  const bool given = options.alpha_m > 0.0;
-  const double d_max_m = given ? 0.0 : geometry::NearestNeighborDistances(points, tree).max_m;
+  const double d_max_m = geometry::NearestNeighborDistances(points, tree).max_m;
   const auto parts = geometry::FindAlphaComponents(points, tree, MeshAlpha(d_max_m, options));
   std::vector<Indices> segments(static_cast<std::size_t>(parts.components));
   for (std::uint32_t i = 0; i < points.size(); ++i) {
@@ -413,7 +381,6 @@ double NormalWeight(const Vector3d& a, const Vector3d& b) {
 
 std::vector<Indices> SegmentByRegionGrowing(PointSpan points, PointSpan normals,
                                             const SegmentOptions& options) {
-  Check(options);
   if (normals.size() != points.size()) {
     throw std::invalid_argument("SegmentByRegionGrowing: needs one normal a point");
   }
@@ -438,8 +405,6 @@ std::vector<Indices> SegmentByRegionGrowing(PointSpan points, PointSpan normals,
 }
 
 std::vector<Indices> SegmentByConvexity(const PointCloud& cloud, const SegmentOptions& options) {
-  Check(options);
-  Check(options.convexity);
   if (cloud.normals.size() != cloud.size()) {
     throw std::invalid_argument("SegmentByConvexity: needs one normal a point");
   }

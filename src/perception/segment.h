@@ -63,9 +63,7 @@ static_assert(base::AllAdditionsListed<SegmentAdditions>());
 struct SegmentOptions : SegmentAdditions {
   /// The dissertation's choice is the mesh, which joins touching objects.
   SegmentMethod method = SegmentMethod::kConvexity;
-  /// alpha of the mesh; 0: d_max, the largest nearest-neighbor distance (dissertation).
-  double alpha_m = 0.0;
-  /// With bounded_alpha, the bounds of d_max: 1.5 to 5 point spacings.
+  /// With bounded_alpha, the bounds of the mesh's alpha: 1.5 to 5 point spacings.
   AdaptiveLength min_alpha_m{0.003, {.noises = 2.0, .gaps = 0.65}};
   AdaptiveLength max_alpha_m{0.010, {.noises = 5.0, .gaps = 2.2}};
   /// With drop_small_segments, the smallest size: 18 mm square for the dissertation's scanner.
@@ -75,13 +73,12 @@ struct SegmentOptions : SegmentAdditions {
   ConvexityOptions convexity;
 };
 
-/// The mesh's alpha [m]: the one that the options name, or the largest nearest-neighbor distance
-/// within their bounds.
+/// The mesh's alpha [m]: d_max, the largest nearest-neighbor distance (dissertation), within the
+/// options' bounds.
 double MeshAlpha(double d_max_m, const SegmentOptions& options);
 
 /// Algorithm 3: 3-D Delaunay triangulation, alpha shape, triangle connectivity. Segments largest
 /// first, ties by first point; positions ascending. O(n log n); independent of the points' order.
-/// @throws std::invalid_argument if an option is out of range.
 std::vector<geometry::Indices> SegmentByMesh(geometry::PointSpan points,
                                              const SegmentOptions& options);
 
@@ -89,7 +86,7 @@ std::vector<geometry::Indices> SegmentByMesh(geometry::PointSpan points,
 /// d_a, the mean nearest-neighbor distance. Only neighbors within 3 d_a can join, because the
 /// weight of parallel normals would join points at any distance. Independent of start points and
 /// order of growth. Segments largest first, ties by first point; positions ascending.
-/// @throws std::invalid_argument unless there is one normal per point and all options are in range.
+/// @throws std::invalid_argument unless there is one normal per point.
 std::vector<geometry::Indices> SegmentByRegionGrowing(geometry::PointSpan points,
                                                       geometry::PointSpan normals,
                                                       const SegmentOptions& options);
@@ -101,7 +98,7 @@ std::vector<geometry::Indices> SegmentByRegionGrowing(geometry::PointSpan points
 /// border's length. Borders that count more against than for are cut (geometry::ContractGreedily).
 /// Specks and slivers along the cuts join a neighbor. Segments largest first, ties by first point;
 /// positions ascending. O(m log m), m pairs of neighboring points.
-/// @throws std::invalid_argument unless there is one normal per point and all options are in range.
+/// @throws std::invalid_argument unless there is one normal per point.
 std::vector<geometry::Indices> SegmentByConvexity(const geometry::PointCloud& cloud,
                                                   const SegmentOptions& options);
 

@@ -76,10 +76,7 @@ nb::dict Perceive(const nb::dict& scan, const std::optional<std::vector<double>>
                   std::optional<double> noise_m, const std::optional<Vector3>& up,
                   const std::string& segmentation, const std::string& scene_file,
                   std::uint64_t seed, std::size_t grasped, bool pose_is_known) {
-  if (noise_m && !(std::isfinite(*noise_m) && *noise_m >= 0.0)) {
-    throw base::InputError(fmt::format("noise must be a number of metres >= 0, not {}", *noise_m));
-  }
-  if (noise_m && *noise_m > perception::kMaxNoise_m) {
+  if (noise_m && !(*noise_m >= 0.0 && *noise_m <= perception::kMaxNoise_m)) {
     throw base::InputError(fmt::format("noise {:g} m must be 0 to {:g} m: is it in millimetres?",
                                        *noise_m, perception::kMaxNoise_m));
   }

@@ -60,11 +60,11 @@ std::string AnswerOf(const Asked& asked) {
 constexpr double kMaxShift_m = 0.01;
 
 // A line for each pair of objects that are placed into each other.
-std::vector<std::string> OverlapsIn(const sim::World& world, double max_penetration_m) {
+std::vector<std::string> OverlapsIn(const sim::World& world) {
   std::vector<std::string> lines;
   for (int a = 0; a < world.objects(); ++a) {
     for (int b = a + 1; b < world.objects(); ++b) {
-      if (world.ObjectDistance(a, b, 0.0) >= -max_penetration_m) continue;
+      if (world.ObjectDistance(a, b, 0.0) >= -trial::kMaxPenetration_m) continue;
       lines.push_back(fmt::format("{} and {} overlap at the given poses", world.object_name(a),
                                   world.object_name(b)));
     }
@@ -145,7 +145,7 @@ class Scene {
     }
     base::Rng friction = trial::StageStream(seed, "friction");
     world_->DrawFriction(friction);
-    warnings_ = OverlapsIn(*world_, cell_.options.clutter.max_penetration_m);
+    warnings_ = OverlapsIn(*world_);
     world_->Settle();
     std::ranges::move(
         MisplacedIn(*world_, poses,

@@ -27,7 +27,8 @@ struct HandModel {
     /// index finger (cylindrical and rim grasps), and of thumb, index and little finger (power).
     Eigen::Vector3d tip_center_H, power_center_H;
   };
-  /// 24 states, evenly spaced from open to closed (pads touch, or the drives' travel ends).
+  /// 24 states, evenly spaced from open to closed (pads touch, or the drives' travel ends). Shape i
+  /// of each is shape i of the first, moved.
   std::vector<State> states;
   /// Tool centre of the cylindrical and the rim grasp, for the open hand at pitch 0.
   base::Pose X_HG_tip = base::Pose::Identity();
@@ -40,9 +41,6 @@ struct HandModel {
   std::size_t IndexAtGap(double gap_m) const;
   const State& AtGap(double gap_m) const { return states[IndexAtGap(gap_m)]; }
 };
-
-/// @throws std::invalid_argument if there are no states, or they differ in their number of shapes.
-void CheckStates(const HandModel& hand);
 
 /// The length [m] that corresponds to a rotation of the hand by 1 rad: about the hand's length.
 constexpr double kRotationRadius_m = 0.25;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace rangegrasp::robot {
 namespace {
@@ -210,17 +209,6 @@ std::vector<VectorXd> SlidingMean(const std::vector<VectorXd>& fine, const Vecto
   return out;
 }
 
-void Check(const std::vector<VectorXd>& path, const TimingOptions& options) {
-  const auto share = [](double scale) { return scale > 0.0 && scale <= 1.0; };
-  if (path.empty()) throw std::invalid_argument("TimeParameterise: the path is empty");
-  if (!share(options.velocity_scale) || !share(options.acceleration_scale)) {
-    throw std::invalid_argument("TimeParameterise: scales should be in (0, 1]");
-  }
-  if (options.period_s <= 0.0 || options.corner_rad < 0.0 || options.smoothing_s < 0.0) {
-    throw std::invalid_argument("TimeParameterise: period > 0, corner and smoothing >= 0");
-  }
-}
-
 }  // namespace
 
 VectorXd PathPiece::Position(double s) const {
@@ -267,7 +255,6 @@ std::vector<PathPiece> RoundCorners(const std::vector<VectorXd>& waypoints, doub
 
 base::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<VectorXd>& path,
                                        const TimingOptions& options) {
-  Check(path, options);
   const std::vector<PathPiece> pieces = RoundCorners(path, options.corner_rad);
   if (pieces.empty()) return {options.period_s, {path.front()}};
   const std::vector<Interval> grid = MakeGrid(pieces);

@@ -40,7 +40,6 @@ struct TimingOptions {
 /// Pham and Pham 2018). A moving average over smoothing_s bounds the jerk and keeps all limits.
 /// Each joint deviates from the path by at most corner_rad + acceleration * smoothing_s^2 / 24.
 /// @param path  at least one joint vector; straight joint lines in between.
-/// @throws std::invalid_argument if the path is empty or an option is out of range.
 base::JointTrajectory TimeParameterise(const Robot& robot, const std::vector<Eigen::VectorXd>& path,
                                        const TimingOptions& options);
 

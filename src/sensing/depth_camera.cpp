@@ -432,7 +432,6 @@ std::vector<float> WindowNoise(int width, int height, int window, int rows, std:
 
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const Pose& X_WS,
                const DepthCameraOptions& options, base::Rng& rng) {
-  CheckOptions(options);
   return Look(meshes, X_WS, options, rng).Run();
 }
 

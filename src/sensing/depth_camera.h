@@ -51,7 +51,7 @@ std::vector<float> WindowNoise(int width, int height, int window, int rows, std:
 /// profile.
 ///
 /// Depends only on the arguments and one draw of rng. Single-threaded.
-/// @throws std::invalid_argument like the line scanner.
+/// @throws std::invalid_argument like RayCaster (sensing/optics.h).
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
                const DepthCameraOptions& options, base::Rng& rng);
 

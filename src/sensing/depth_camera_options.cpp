@@ -1,7 +1,6 @@
 #include "sensing/depth_camera_options.h"
 
 #include <cmath>
-#include <stdexcept>
 
 namespace rangegrasp::sensing {
 namespace {
@@ -10,13 +9,11 @@ using base::kDeg;
 using base::kMm;
 using Eigen::Vector3d;
 
-constexpr char kNoDepths[] = "min_depth_mm must be less than max_depth_mm";
 // Maximum coordinate in a file: far beyond any work cell, but small enough to detect a wrong unit.
 constexpr double kFarthest_mm = 1e5;
 
-/// Every key with its option, range and documentation. The source is a file or a check of ranges.
-template <typename Source, typename Options>
-void ReadCameraKeys(Source& from, Options& o) {
+/// Every key with its option, range and documentation.
+void ReadCameraKeys(base::YamlMap& from, DepthCameraOptions& o) {
   from.Read("width_px", o.width, 2, 4096, "columns of the depth image");
   from.Read("height_px", o.height, 2, 4096, "rows of the depth image");
   from.ReadScaled("field_deg", o.field_right_rad, kDeg, 1.0, 150.0,
@@ -90,10 +87,6 @@ void ReadPlace(base::YamlMap& map, DepthCameraOptions& options) {
   options.X_WS = Looking(from, to);
 }
 
-bool HasDepths(const DepthCameraOptions& options) {
-  return options.min_depth_m < options.max_depth_m;
-}
-
 }  // namespace
 
 DepthCameraOptions ReadDepthCamera(const std::filesystem::path& file) {
@@ -105,18 +98,11 @@ DepthCameraOptions ReadDepthCamera(const std::filesystem::path& file) {
   ReadCameraKeys(map, options);
   ReadPlace(map, options);
   FinishShared(map, options);
-  if (!HasDepths(options)) {
-    map.Fail(map.Has("min_depth_mm") ? "min_depth_mm" : "max_depth_mm", kNoDepths);
+  if (options.min_depth_m >= options.max_depth_m) {
+    map.Fail(map.Has("min_depth_mm") ? "min_depth_mm" : "max_depth_mm",
+             "min_depth_mm must be less than max_depth_mm");
   }
   return options;
-}
-
-void CheckOptions(const DepthCameraOptions& options) {
-  const std::string what = "depth camera";
-  const base::RangeCheck check(what);
-  ReadCameraKeys(check, options);
-  CheckShared(what, options);
-  if (!HasDepths(options)) throw std::invalid_argument(what + ": " + kNoDepths);
 }
 
 double FocalLength(const DepthCameraOptions& options) {

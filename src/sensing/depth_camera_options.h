@@ -58,10 +58,6 @@ struct DepthCameraOptions : RangeSensorOptions {
 DepthCameraOptions ReadDepthCamera(const std::filesystem::path& file);
 inline constexpr const char* kDepthCamera = "depth_camera";
 
-/// @throws std::invalid_argument naming the key (in the units of a sensor file) that is out of
-/// range, its value and its range.
-void CheckOptions(const DepthCameraOptions& options);
-
 /// Focal length [px]: f = (width / 2) / tan(field / 2).
 double FocalLength(const DepthCameraOptions& options);
 

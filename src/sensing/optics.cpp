@@ -140,17 +140,7 @@ double PatchLoss(const RangeSensorOptions& options, double gloss, double inciden
 }
 
 double PrintAlbedo(std::uint8_t red) {
-  // IEC 61966-2-1.
-  static const std::array<double, 256> albedo = [] {
-    std::array<double, 256> table{};
-    for (std::size_t i = 0; i < table.size(); ++i) {
-      const double s = static_cast<double>(i) / 255.0;
-      const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-      table[i] = kInkAlbedo + (kPaperAlbedo - kInkAlbedo) * linear;
-    }
-    return table;
-  }();
-  return albedo[red];
+  return kInkAlbedo + (kPaperAlbedo - kInkAlbedo) * geometry::LightOf({red, 0, 0}).x();
 }
 
 double AlbedoAt(const sim::VisualMesh& mesh, const Hit& hit) {

@@ -26,26 +26,31 @@ using internal::RandomRotation;
 using internal::Resting;
 using internal::Shuffle;
 
+// Objects of an arrangement of several are at rest once they have been slow for this time.
+constexpr double kRestTime_s = 0.3;
+
 // The indices of a world's objects.
 auto Numbers(const sim::World& world) { return std::views::iota(0, world.objects()); }
 
 // How many other objects the target (object 0) touches.
-int Touching(const sim::World& world, double touch_m) {
+int Touching(const sim::World& world) {
   // Strictly less: objects further apart are reported at the limit.
-  const auto touches = [&](int other) { return world.ObjectDistance(0, other, touch_m) < touch_m; };
+  const auto touches = [&](int other) {
+    return world.ObjectDistance(0, other, kTouch_m) < kTouch_m;
+  };
   return static_cast<int>(std::ranges::count_if(std::views::iota(1, world.objects()), touches));
 }
 
-bool AnyTouchesArm(const sim::World& world, double touch_m) {
+bool AnyTouchesArm(const sim::World& world) {
   return std::ranges::any_of(
-      Numbers(world), [&](int object) { return world.RobotDistance(object, touch_m) < touch_m; });
+      Numbers(world), [&](int object) { return world.RobotDistance(object, kTouch_m) < kTouch_m; });
 }
 
-bool Overlaps(const sim::World& world, double max_penetration_m) {
+bool Overlaps(const sim::World& world) {
   for (const int a : Numbers(world)) {
-    if (world.SceneDistance(a, 0.0) < -max_penetration_m) return true;
+    if (world.SceneDistance(a, 0.0) < -kMaxPenetration_m) return true;
     for (int b = a + 1; b < world.objects(); ++b) {
-      if (world.ObjectDistance(a, b, 0.0) < -max_penetration_m) return true;
+      if (world.ObjectDistance(a, b, 0.0) < -kMaxPenetration_m) return true;
     }
   }
   return false;
@@ -72,13 +77,13 @@ std::optional<Redraw> WrongAmongOthers(const Options& options, const robot::Robo
   const ClutterOptions& clutter = options.clutter;
   if (world.ObjectTop(0) <= OthersTop(world)) return Redraw::kNotHighest;
   const int min_touching = options.arranger == kTouching ? clutter.min_touching : 1;
-  if (Touching(world, clutter.touch_m) < min_touching) return Redraw::kTouchesFew;
+  if (Touching(world) < min_touching) return Redraw::kTouchesFew;
   // A box stays where it stands, even if the arm does not reach all of it.
   if (!world.container() && !OverWorkspace(robot, world.ObjectCenterOfMass(0), 0.0)) {
     return Redraw::kOutOfReach;
   }
-  if (AnyTouchesArm(world, clutter.touch_m)) return Redraw::kTouchesArm;
-  if (Overlaps(world, clutter.max_penetration_m)) return Redraw::kOverlaps;
+  if (AnyTouchesArm(world)) return Redraw::kTouchesArm;
+  if (Overlaps(world)) return Redraw::kOverlaps;
   if (!OutOfView(world, robot.X_WScanner, scanner).empty()) return Redraw::kOutOfView;
   return std::nullopt;
 }
@@ -263,7 +268,7 @@ class ScatteredArranger : public WorldArranger {
     for (const int object : Numbers(world)) {
       const base::Pose& X_WO = poses_W[static_cast<std::size_t>(object)];
       if (!Resting::IsAsPutDown(X_WO, world, object)) return Redraw::kOtherPose;
-      if (world.RobotDistance(object, clutter_.touch_m) < clutter_.touch_m) {
+      if (world.RobotDistance(object, kTouch_m) < kTouch_m) {
         return Redraw::kTouchesArm;
       }
     }
@@ -273,7 +278,7 @@ class ScatteredArranger : public WorldArranger {
       return Redraw::kHidden;
     }
     trial.pose_class = rests.front().pose->label;
-    trial.touching = Touching(world, clutter_.touch_m);
+    trial.touching = Touching(world);
     return std::nullopt;
   }
 
@@ -325,7 +330,7 @@ constexpr int kMaxLowerDrops = 5;
 // Start distance of a slide. It is free of contact: the longest object (0.3 m) may have another one
 // next to it.
 constexpr double kSlide_m = 0.7;
-// An object that slides up to others stops within this share of touch_m.
+// An object that slides up to others stops within this share of kTouch_m.
 constexpr double kSlideShare = 0.1;
 // Maximum number of steps of a slide. Each step is as long as the distance known to be free.
 constexpr int kMaxSlideSteps = 500;
@@ -376,7 +381,7 @@ class SideBySideArranger : public WorldArranger {
       }
     }
     if (const auto wrong = Settle(alone_W, world)) return wrong;
-    trial.touching = Touching(world, options_.clutter.touch_m);
+    trial.touching = Touching(world);
     return WrongAmongOthers(options_, robot_, scanner_, world);
   }
 
@@ -404,7 +409,7 @@ class SideBySideArranger : public WorldArranger {
                sim::World& world) const {
     const double side = rng.Uniform(0.0, 2.0 * base::kPi);
     const Eigen::Vector3d from(std::cos(side), std::sin(side), 0.0);
-    const double gap_m = kSlideShare * options_.clutter.touch_m;
+    const double gap_m = kSlideShare * kTouch_m;
     double away_m = kSlide_m;
     for (int step = 0; step < kMaxSlideSteps && away_m > 0.0; ++step) {
       MoveTo(target_W + away_m * from, object, world);
@@ -420,7 +425,7 @@ class SideBySideArranger : public WorldArranger {
 
   std::optional<Redraw> Settle(const std::vector<base::Pose>& alone_W, sim::World& world) const {
     const ClutterOptions& clutter = options_.clutter;
-    if (!world.Settle(clutter.settle_limit_s, clutter.rest_speed_m_s, clutter.rest_time_s)) {
+    if (!world.Settle(clutter.settle_limit_s, clutter.rest_speed_m_s, kRestTime_s)) {
       return Redraw::kNotAtRest;
     }
     for (const int object : Numbers(world)) {
@@ -437,6 +442,15 @@ class SideBySideArranger : public WorldArranger {
 constexpr int kMaxTurns = 50;
 // Interval at which a falling target is checked: it falls 30 mm in 80 ms.
 constexpr double kLook_s = 0.1;
+// touching: radius of the disc over which objects are dropped, an area two hands wide.
+constexpr double kTouchingRadius_m = 0.06;
+constexpr double kMouthRadius_m = 0.08;  // of the bag of a pile
+// Time between the drops of two objects. By then the first one has left its place.
+constexpr double kInterval_s = 0.15;
+// Maximum number of times that objects which roll off are put back in one heap.
+constexpr std::size_t kMaxPutBack = 12;
+// Maximum number of drops of the target onto the same heap.
+constexpr int kTargetDrops = 8;
 
 // Makes one arrangement of dropped objects.
 class Heap {
@@ -481,7 +495,7 @@ class Heap {
   // The bag and the box are at the center; a few objects lie anywhere within reach.
   double CenterRadius() const {
     if (options_.arranger != kTouching) return 0.0;
-    return std::max(0.0, robot_.workspace_radius_m - clutter_.touching_radius_m);
+    return std::max(0.0, robot_.workspace_radius_m - kTouchingRadius_m);
   }
 
   // Places the object above those below it, with a random rotation and at rest. False if it does
@@ -507,8 +521,7 @@ class Heap {
   // Center from which an object of this size is dropped; nullopt if it does not fit.
   std::optional<Eigen::Vector3d> MiddleFor(const Eigen::Vector3d& size, base::Rng& rng) const {
     if (!container_) {
-      const double radius =
-          options_.arranger == kTouching ? clutter_.touching_radius_m : clutter_.mouth_radius_m;
+      const double radius = options_.arranger == kTouching ? kTouchingRadius_m : kMouthRadius_m;
       const base::Pose X_WC = base::MakePose(robot_.X_WWorkspace.linear(), center_W_);
       return PlaceInDisc(X_WC, radius, rng);
     }
@@ -544,11 +557,11 @@ class Heap {
 
   // Drops the objects of the queue. An object that rolls away is dropped again.
   std::optional<Redraw> DropAll(std::vector<int> queue, base::Rng& rng) {
-    const std::size_t max_drops = static_cast<std::size_t>(clutter_.max_put_back) + queue.size();
+    const std::size_t max_drops = kMaxPutBack + queue.size();
     for (std::size_t next = 0; next < queue.size(); ++next) {
       if (next >= max_drops) return Redraw::kLeftTable;
       if (!LetGo(queue[next], rng)) return Redraw::kDoesNotFit;
-      const double end_s = world_.time_s() + clutter_.interval_s;
+      const double end_s = world_.time_s() + kInterval_s;
       while (world_.time_s() < end_s) world_.Step();
       TakeAway(queue);
       if (next + 1 < queue.size()) continue;
@@ -581,11 +594,11 @@ class Heap {
     while (world_.time_s() < end_s) {
       const bool rests = world_.Settle(kLook_s, clutter_.rest_speed_m_s, kLook_s);
       rested_s = rests ? rested_s + kLook_s : 0.0;
-      if (rested_s >= clutter_.rest_time_s) {
+      if (rested_s >= kRestTime_s) {
         return AnyLost() ? std::optional(Redraw::kLeftTable) : std::nullopt;
       }
       if (Lost(kTarget)) return Redraw::kLeftTable;
-      if (world_.ObjectTop(kTarget) + clutter_.touch_m < OthersTop(world_)) {
+      if (world_.ObjectTop(kTarget) + kTouch_m < OthersTop(world_)) {
         return Redraw::kNotHighest;
       }
     }
@@ -596,8 +609,7 @@ class Heap {
   std::optional<Redraw> Settle() {
     const double end_s = world_.time_s() + clutter_.settle_limit_s;
     while (world_.time_s() < end_s) {
-      const bool rests =
-          world_.Settle(2.0 * clutter_.rest_time_s, clutter_.rest_speed_m_s, clutter_.rest_time_s);
+      const bool rests = world_.Settle(2.0 * kRestTime_s, clutter_.rest_speed_m_s, kRestTime_s);
       if (AnyLost()) return Redraw::kLeftTable;
       if (rests) return std::nullopt;
     }
@@ -649,7 +661,7 @@ class ClutterArranger : public WorldArranger {
         continue;
       }
       const auto others = trial.world.Save();
-      for (int drop = 0; drop < options_.clutter.target_drops; ++drop) {
+      for (int drop = 0; drop < kTargetDrops; ++drop) {
         if (drop > 0) trial.world.Restore(*others);
         if (const auto wrong = heap.DropTarget(rng)) {
           ++redraws[*wrong];
@@ -658,7 +670,7 @@ class ClutterArranger : public WorldArranger {
         const auto rest = sim::FaceAtRest(resting_poses_.at(target),
                                           trial.world.ObjectPose(Heap::kTarget).linear());
         trial.pose_class = rest ? rest->pose->label : "leaning";
-        trial.touching = Touching(trial.world, options_.clutter.touch_m);
+        trial.touching = Touching(trial.world);
         return trial;
       }
     }
@@ -695,18 +707,10 @@ const std::vector<ClutterKey>& ClutterKeys() {
                                                 {"max_others", kCounting, true},
                                                 {"draw_others", {kBox, kPile}},
                                                 {"min_touching", {kTouching}},
-                                                {"touch_mm", kAll},
                                                 {"drop_height_mm", kHeaps},
-                                                {"touching_radius_mm", {kTouching}},
-                                                {"mouth_radius_mm", {kPile}},
-                                                {"interval_s", kHeaps},
-                                                {"max_put_back", kHeaps},
-                                                {"target_drops", kHeaps},
                                                 {"max_draws", kAll},
                                                 {"settle_limit_s", kAll},
-                                                {"rest_speed_mm_s", kJudged},
-                                                {"rest_time_s", kJudged},
-                                                {"max_penetration_mm", kJudged}};
+                                                {"rest_speed_mm_s", kJudged}};
   return kKeys;
 }
 

@@ -40,6 +40,12 @@ using Redraws = std::map<Redraw, int>;
 int Total(const Redraws& redraws);
 std::string Text(const Redraws& redraws);  ///< "not_at_rest x2, out_of_view x1"
 
+/// Maximum distance of surfaces that count as touching. Less than the scanner's noise; about the
+/// gap between two boards that are pushed together.
+inline constexpr double kTouch_m = 0.0005;
+/// Maximum overlap of two bodies at rest.
+inline constexpr double kMaxPenetration_m = 0.001;
+
 /// The experiment's scene with these objects, where their models place them.
 sim::World WorldOf(const Options& options, const std::vector<std::string>& objects);
 

@@ -80,33 +80,18 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& b
            "box, pile: also draw the number of other objects at random; off: use all others");
   map.Read("min_touching", o.min_touching, 0, 30,
            "touching: minimum number of objects that the target touches");
-  map.ReadScaled("touch_mm", o.touch_m, kMm, 0.01, 5.0,
-                 "maximum distance of surfaces that count as touching");
   map.ReadScaled("drop_height_mm", o.drop_height_m, kMm, 1.0, 300.0,
                  "height above the objects below from which objects are dropped");
-  map.ReadScaled("touching_radius_mm", o.touching_radius_m, kMm, 0.0, 300.0,
-                 "touching: radius of the disc over which objects are dropped");
   std::optional<double> box_wall_mm;
   map.Read("box_wall_mm", box_wall_mm, 10.0, 500.0,
            "inner height of the walls of the scene's box; default: as in the scene");
   if (box_wall_mm) box_wall_m = *box_wall_mm * kMm;
-  map.ReadScaled("mouth_radius_mm", o.mouth_radius_m, kMm, 0.0, 300.0,
-                 "pile: radius of the bag's mouth");
-  map.Read("interval_s", o.interval_s, 0.01, 5.0, "time between the drops of two objects");
-  map.Read("max_put_back", o.max_put_back, 0, 1000,
-           "maximum number of times that objects which roll off are put back in one heap");
-  map.Read("target_drops", o.target_drops, 1, 100,
-           "maximum number of drops of the target onto the same heap");
   map.Read("max_draws", o.max_draws, 1, 1000,
            "maximum number of heaps drawn before the trial is given up");
   map.Read("settle_limit_s", o.settle_limit_s, 0.5, 60.0,
            "maximum time until an arrangement is at rest; after that it is drawn again");
   map.ReadScaled("rest_speed_mm_s", o.rest_speed_m_s, kMm, 0.01, 100.0,
                  "maximum speed of an object at rest");
-  map.Read("rest_time_s", o.rest_time_s, 0.05, 5.0,
-           "time for which objects must be slower than rest_speed_mm_s");
-  map.ReadScaled("max_penetration_mm", o.max_penetration_m, kMm, 0.01, 10.0,
-                 "maximum overlap of two bodies at rest");
   if (o.min_others > o.max_others) {
     map.Fail(map.Has("max_others") ? "max_others" : "min_others",
              fmt::format("max_others ({}) must be at least min_others ({})", o.max_others,

@@ -33,19 +33,10 @@ struct ClutterOptions {
   int max_others = 5;
   bool draw_others = false;  ///< table 5.6
   int min_touching = 2;
-  /// Less than the scanner's noise; about the gap between two boards that are pushed together.
-  double touch_m = 0.0005;
-  double drop_height_m = 0.03;      ///< height of a hand, or of the bag's mouth above the pile
-  double touching_radius_m = 0.06;  ///< of an area two hands wide
-  double mouth_radius_m = 0.08;
-  double interval_s = 0.15;  ///< by then the first object has left its place
-  int max_put_back = 12;
-  int target_drops = 8;
+  double drop_height_m = 0.03;  ///< height of a hand, or of the bag's mouth above the pile
   int max_draws = 200;
   double settle_limit_s = 4.0;
   double rest_speed_m_s = 0.002;  ///< sim::World::Settle
-  double rest_time_s = 0.3;
-  double max_penetration_m = 0.001;
 };
 
 // The parts without access to ground truth are in a lower layer: grasp/detector.h, grasp/mover.h.

@@ -652,14 +652,6 @@ Grid GridOf(std::vector<FrictionCurve> rows) {
   return grid;
 }
 
-constexpr const char* kNoFrictionTable =
-    "no table by static friction, since the detected trials of each object are in one bin of 0.05: "
-    "friction is fixed (physics.friction), or the trials are too few";
-
-bool AnyTried(const std::vector<FrictionCurve>& curves) {
-  return std::ranges::any_of(curves, [](const FrictionCurve& c) { return !c.second.empty(); });
-}
-
 // JSON array of {"object", "bins": [{"low", "high", "detected", "delivered"}]}.
 ordered_json JsonOf(const std::vector<FrictionCurve>& curves) {
   auto json = ordered_json::array();
@@ -768,8 +760,6 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
     report.sections.push_back(
         {"Delivered / detected by static friction between hand and object, in bins of 0.05",
          by_friction});
-  } else if (AnyTried(curves)) {
-    report.notes.emplace_back(kNoFrictionTable);
   }
   if (table.overall.text_detection.count.n > 0) report.notes.push_back(TextNote(table));
   if (table.p_threshold > 0.0) report.notes.push_back(ComparisonLine(table));

@@ -250,24 +250,10 @@ TEST_F(RunTest, EveryFormatOfTheTableIsWhatItsNameSays) {
   EXPECT_THAT(csv.out, testing::StartsWith("object,title,trials,"));
   const Ran markdown = RunProgram({"table", Folder("single"), "--format", "markdown"});
   EXPECT_THAT(markdown.out, testing::StartsWith("| no. | object |"));
-  const Ran file = RunProgram({"table", Folder("single"), "--json", "--out", Folder("table.json")});
-  EXPECT_EQ(file.out, "");
-  EXPECT_TRUE(nlohmann::json::parse(base::ReadFile(Folder("table.json"))).contains("rows"));
 }
 
 TEST_F(RunTest, ATableThatCannotBeWrittenWholeIsAnError) {
   EXPECT_EQ(RunProgram({"table", Folder("single")}, "/dev/full").code, 1);
-  const Ran ran = RunProgram({"table", Folder("single"), "--out", "/dev/full"});
-  EXPECT_EQ(ran.code, 1);
-  EXPECT_THAT(ran.err, HasSubstr("/dev/full"));
-}
-
-TEST_F(RunTest, ATableIsNotWrittenOverTheResults) {
-  const std::string store = Folder("single/results.sqlite");
-  const std::string before = base::ReadFile(store);
-  testing_support::ExpectRefused({"table", Folder("single"), "--out", store},
-                                 store + ": is an input");
-  EXPECT_EQ(base::ReadFile(store), before);
 }
 
 TEST_F(RunTest, ACameraOfPicturesMustExist) {

@@ -1,14 +1,12 @@
-// Tests the output on a terminal and the output to a pipe or a file.
+// Tests progress on a terminal and in a pipe or a file.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <pty.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <regex>
 
 #include "base/file.h"
 #include "base/units.h"
@@ -19,83 +17,8 @@ namespace rangegrasp {
 namespace {
 
 using testing::HasSubstr;
-using testing_support::Command;
 using testing_support::RunProgram;
 using testing_support::TempFolder;
-
-constexpr const char* kBold = "\x1b[1m";
-constexpr const char* kRed = "\x1b[31m";
-
-// The program's output if its stdout is a terminal.
-std::string OnTerminal(const std::vector<std::string>& arguments) {
-  int master = -1;
-  int slave = -1;
-  char name[256];
-  EXPECT_EQ(openpty(&master, &slave, name, nullptr, nullptr), 0);
-  Command command(arguments, name);
-  std::string text;
-  fcntl(master, F_SETFL, O_NONBLOCK);
-  for (bool ends = false; !ends;) {
-    ends = !command.Runs();  // reads once more after its end
-    char part[4096];
-    for (ssize_t n = 0; (n = read(master, part, sizeof part)) > 0;) {
-      text.append(part, static_cast<std::size_t>(n));
-    }
-    usleep(1000);
-  }
-  EXPECT_EQ(command.Wait(), 0) << command.Err();
-  close(slave);
-  close(master);
-  return std::regex_replace(text, std::regex("\r\n"), "\n");
-}
-
-std::string WithoutColors(const std::string& text) {
-  return std::regex_replace(text, std::regex("\x1b\\[[0-9;]*m"), "");
-}
-
-class TerminalTest : public testing::Test {
- protected:
-  void SetUp() override {
-    setenv("TERM", "xterm", 1);
-    unsetenv("NO_COLOR");
-  }
-};
-
-TEST_F(TerminalTest, ListsAreInColorOnATerminalAndPlainElsewhere) {
-  const std::string plain = RunProgram({"list"}).out;
-  EXPECT_THAT(plain, testing::Not(HasSubstr("\x1b")));
-  const std::string shown = OnTerminal({"list"});
-  EXPECT_THAT(shown, HasSubstr(std::string(kBold) + "kinds of experiments:"));
-  EXPECT_EQ(WithoutColors(shown), plain);
-}
-
-TEST_F(TerminalTest, NobodyIsGivenColorsWhoDoesNotWantThem) {
-  setenv("NO_COLOR", "1", 1);
-  EXPECT_THAT(OnTerminal({"list"}), testing::Not(HasSubstr("\x1b")));
-  unsetenv("NO_COLOR");
-  setenv("TERM", "dumb", 1);
-  EXPECT_THAT(OnTerminal({"list"}), testing::Not(HasSubstr("\x1b")));
-}
-
-TEST_F(TerminalTest, TablesHaveBoldTitlesAndHeadersAndAreTheSameText) {
-  const TempFolder folder;
-  const std::string file =
-      folder
-          .Write("t.yaml", "task: seam\nkind: rates\nsensor: " RANGEGRASP_SOURCE_DIR
-                           "/models/sensors/stripe_base.yaml\nseams: 2\n"
-                           "profiles_per_seam: 40\n")
-          .string();
-  const std::string out = folder / "r";
-  ASSERT_EQ(RunProgram({"run", file, "--out", out}).code, 0);
-  const std::string plain = RunProgram({"table", out}).out;
-  const std::string shown = OnTerminal({"table", out});
-  EXPECT_EQ(WithoutColors(shown), plain);
-  EXPECT_THAT(shown, HasSubstr(std::string(kBold) + "method "));
-  EXPECT_THAT(shown, HasSubstr(std::string(kBold) + "Detection rate in %"));
-  EXPECT_THAT(shown, testing::Not(HasSubstr(kRed)));
-  const std::string markdown = OnTerminal({"table", out, "--format", "markdown"});
-  EXPECT_THAT(markdown, testing::Not(HasSubstr("\x1b")));
-}
 
 TEST(ProgressBar, OutsideATerminalHasALineAtFirstAndOneForEachTenth) {
   const auto shown = [](double quiet_s) {
@@ -145,7 +68,7 @@ std::string Rod() {
          faces;
 }
 
-TEST_F(TerminalTest, PartsOfALargeMeshTellWhatTheyAreAt) {
+TEST(StepLine, OfALargeMeshTellsWhatItsPartsAreAt) {
   const TempFolder folder;
   const std::string file = folder.Write("rod.off", Rod());
   const std::vector<std::string> arguments = {"parts", file, "--method",

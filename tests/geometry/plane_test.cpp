@@ -152,8 +152,6 @@ TEST(Plane, RansacNeedsThreePointsThatAreNotOnALine) {
   base::Rng rng(1);
   EXPECT_FALSE(FitPlaneRansac(Points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}}, {}, rng));
   EXPECT_FALSE(FitPlaneRansac(Points{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {3.0, 0.0, 0.0}}, {}, rng));
-  EXPECT_THROW(FitPlaneRansac(Points{}, {0, 0.002}, rng), std::invalid_argument);
-  EXPECT_THROW(FitPlaneRansac(Points{}, {100, 0.0}, rng), std::invalid_argument);
 }
 
 TEST(Plane, RansacFindsTheOnlyPlaneOfThreePointsInOneDraw) {

@@ -497,11 +497,6 @@ TEST(PlanGrasps, NeedsNoSurface) {
   EXPECT_NEAR(std::abs(grasps.front().X_CG.linear()(1, 0)), 1.0, 0.01);
 }
 
-TEST(PlanGrasps, RejectsBadArguments) {
-  SceneBuilder builder;
-  EXPECT_THROW(Plan(builder), std::invalid_argument);
-}
-
 // The arm's shoulder, elbow and wrist span 0.6045 m; flange and hand add less than 0.5 m.
 TEST(Arm, ReachesWhereTheHandIsAndNotBeyondItsLength) {
   const robot::Robot robot = robot::Robot::Load(RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml");

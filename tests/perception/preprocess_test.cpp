@@ -175,17 +175,6 @@ TEST(Table, IsFoundAfterAWallThatIsNotUp) {
   EXPECT_FALSE(FindTable(points, kSensor, options, rng));
 }
 
-TEST(Table, RefusesBadOptions) {
-  base::Rng rng(1);
-  PreprocessOptions no_preselection, below, no_up;
-  no_preselection.preselection_m = 0.0;
-  below.table_clearance_m = -0.001;
-  no_up.up_C = Eigen::Vector3d::Zero();
-  for (const PreprocessOptions& options : {no_preselection, below, no_up}) {
-    EXPECT_THROW(FindTable(Points{}, kSensor, options, rng), std::invalid_argument);
-  }
-}
-
 TEST(CompressionRate, FollowsItsEquations) {
   base::Rng rng(1);
   for (int i = 0; i < 200; ++i) {

@@ -190,29 +190,6 @@ TEST(MeshAlpha, IsTheLargestNeighbourDistanceWithinBounds) {
   EXPECT_EQ(MeshAlpha(0.005, options), 0.005);
   EXPECT_EQ(MeshAlpha(0.001, options), options.min_alpha_m);
   EXPECT_EQ(MeshAlpha(0.200, options), options.max_alpha_m);
-  options.alpha_m = 0.02;
-  EXPECT_EQ(MeshAlpha(0.005, options), 0.02);
-}
-
-// The gap of 20 mm is wider than any alpha derived from the scan, and narrower than 30 mm.
-TEST(MeshSegmentation, TakesTheAlphaThatTheOptionsName) {
-  const SegmentObjects objects = TwoBoxes(0.020, 6);
-  SegmentOptions options;
-  EXPECT_EQ(SegmentByMesh(objects.cloud.points, options).size(), 2u);
-  options.alpha_m = 0.030;
-  EXPECT_EQ(SegmentByMesh(objects.cloud.points, options).size(), 1u);
-}
-
-TEST(Segment, RefusesAlphasOutOfRange) {
-  SegmentOptions negative;
-  negative.alpha_m = -0.001;
-  SegmentOptions crossed;
-  crossed.min_alpha_m = 0.02;
-  crossed.max_alpha_m = 0.01;
-  for (const SegmentOptions& options : {negative, crossed}) {
-    EXPECT_THROW(SegmentByMesh(Points{}, options), std::invalid_argument);
-    EXPECT_THROW(SegmentByRegionGrowing(Points{}, Points{}, options), std::invalid_argument);
-  }
 }
 
 TEST(MeshSegmentation, OneStragglerDoesNotJoinWhatIsApart) {
@@ -482,27 +459,6 @@ TEST(OpenBoxes, ThingsInARectangleThatAreNotEquallyHighAreNone) {
        At(across(0.14), 0, {-0.146, 0, 0.07}), At(across(0.05), 0, {0.146, 0, 0.025})}));
   EXPECT_TRUE(scene.container.empty());
   EXPECT_EQ(scene.objects.size(), 4u);
-}
-
-TEST(ConvexityOptions, OutOfRangeIsRefused) {
-  const geometry::PointCloud cloud{geometry::Points(5, Vector3d::Zero()),
-                                   geometry::Points(5, Vector3d::UnitZ())};
-  EXPECT_NO_THROW(SegmentByConvexity(cloud, {}));
-  for (const auto& spoil : std::vector<void (*)(ConvexityOptions&)>{
-           [](ConvexityOptions& o) { o.link_m = 0.0; },
-           [](ConvexityOptions& o) { o.patch_m = -0.01; },
-           [](ConvexityOptions& o) { o.step_m = std::nan(""); },
-           [](ConvexityOptions& o) { o.patch_turn = 0.0; },
-           [](ConvexityOptions& o) { o.min_seed_points = 0; },
-           [](ConvexityOptions& o) { o.few_links = -1; },
-           [](ConvexityOptions& o) { o.grazing_reach = 0.5; },
-           [](ConvexityOptions& o) { o.concavity_rad = o.concave_rad; },
-           [](ConvexityOptions& o) { o.concave_weight = -1.0; },
-           [](ConvexityOptions& o) { o.sliver_share = 1.5; }}) {
-    SegmentOptions options;
-    spoil(options.convexity);
-    EXPECT_THROW(SegmentByConvexity(cloud, options), std::invalid_argument);
-  }
 }
 
 }  // namespace

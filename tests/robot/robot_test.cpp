@@ -277,18 +277,6 @@ TEST_P(Hand, AStatesOwnGapIsWideEnough) {
   }
 }
 
-TEST_P(Hand, StatesThatDifferAreRefused) {
-  EXPECT_NO_THROW(CheckStates(hand_));
-  EXPECT_THROW(CheckStates(HandModel()), std::invalid_argument);
-  HandModel shapes = hand_, fingers = hand_, thumbs = hand_;
-  shapes.states[1].shapes.pop_back();
-  fingers.states[1].is_finger.pop_back();
-  thumbs.states[1].is_thumb.pop_back();
-  for (const HandModel& hand : {shapes, fingers, thumbs}) {
-    EXPECT_THROW(CheckStates(hand), std::invalid_argument);
-  }
-}
-
 TEST_P(Hand, ThumbShapesAreFingersAndEveryShapeIsFlagged) {
   for (const auto& state : hand_.states) {
     ASSERT_EQ(state.is_finger.size(), state.shapes.size());

@@ -121,14 +121,14 @@ TEST_P(Clutter, IsWhatItsDefinitionSays) {
   }
 }
 
-// The objects connected to the target through surfaces closer than touch_m.
-std::set<int> GroupOfTarget(const sim::World& world, double touch_m) {
+// The objects connected to the target through surfaces closer than kTouch_m.
+std::set<int> GroupOfTarget(const sim::World& world) {
   std::set<int> group = {0};
   for (std::size_t before = 0; before != group.size();) {
     before = group.size();
     for (int object = 1; object < world.objects(); ++object) {
       const auto touches = [&](int other) {
-        return other != object && world.ObjectDistance(object, other, 0.1) < touch_m;
+        return other != object && world.ObjectDistance(object, other, 0.1) < kTouch_m;
       };
       if (std::ranges::any_of(group, touches)) group.insert(object);
     }
@@ -138,13 +138,11 @@ std::set<int> GroupOfTarget(const sim::World& world, double touch_m) {
 
 TEST(SideBySide, AllStandOnTheTableInOneGroupThatTouchesAndNoneIsBelowAnother) {
   const auto experiment = Open("side_by_side");
-  const double touch_m = CellOf(*experiment.task).options.clutter.touch_m;
   for (const char* object : {"dextrose", "sweets_prism", "shower_gel", "melba_toast"}) {
     auto arranged = Arrange(experiment, object, 1);
     ASSERT_TRUE(arranged) << object;
     const sim::World& world = arranged->world;
-    EXPECT_EQ(GroupOfTarget(world, touch_m).size(), static_cast<std::size_t>(world.objects()))
-        << object;
+    EXPECT_EQ(GroupOfTarget(world).size(), static_cast<std::size_t>(world.objects())) << object;
     for (int i = 0; i < world.objects(); ++i) EXPECT_LT(world.ObjectBottom(i), 0.001) << object;
     EXPECT_NE(arranged->pose_class, "leaning") << object;
   }

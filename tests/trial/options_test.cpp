@@ -178,8 +178,6 @@ TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
       {good_ + "clutter:\n  always: [mug]\n  others: [box, mog]\n", 7,
        "key 'others': no object 'mog'"},
       {good_ + "clutter:\n  always: [mog]\n", 6, "key 'always': no object 'mog'"},
-      // Even objects in contact are not closer than 0.
-      {good_ + "clutter:\n  touch_mm: 0\n", 6, "from 0.01 to 5"},
       {no_objects_ + "objects: [mug, box, mug]\n", 4, "'mug' twice"},
   };
   for (const Case& c : cases) {

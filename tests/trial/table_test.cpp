@@ -431,17 +431,6 @@ TEST(FrictionCurve, ThereIsNoneWhereFrictionWasNotDrawn) {
   EXPECT_EQ(report.sections.size(), 1u);
 }
 
-TEST(FrictionCurve, ANoteSaysWhyThereIsNone) {
-  const auto says_why = [](const std::vector<Record>& records) {
-    const std::string notes = base::Join(FrictionReport(records).notes, "\n");
-    return notes.find("no table by static friction") != std::string::npos;
-  };
-  const Record one = Trial("prism", 0.6, true, "delivered");
-  EXPECT_TRUE(says_why({one}));
-  EXPECT_FALSE(says_why({one, Trial("prism", 0.7, true, "delivered")}));
-  EXPECT_FALSE(says_why({Trial("prism", 0.6, false, "not_segmented")})) << "no grasp to count";
-}
-
 TEST(FrictionCurve, ATrialThatDiedBeforeItsDrawIsLeftOut) {
   Record died = Trial("box", 0.6, true, "crashed");
   died.result.data = "{}";

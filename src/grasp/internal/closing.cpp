@@ -149,7 +149,6 @@ Patch PatchOf(const std::vector<float>& field, const std::vector<Sample>& sample
 }  // namespace
 
 HandProfiles::HandProfiles(const HandModel& hand) : hand_(hand) {
-  robot::CheckStates(hand);
   for (geometry::Shape shape : hand.states[0].shapes) {
     shape.X_BS = Pose::Identity();
     meshes_.push_back(geometry::Tessellate(shape, kSides));

@@ -60,8 +60,7 @@ class HandProfiles {
     std::vector<float> z;  ///< max z_T of all shapes [m]; -infinity if there is none
   };
 
-  /// Keeps a reference to the hand. Shape i of each state must be shape i of state 0, moved.
-  /// @throws std::invalid_argument if the hand has no states, or they differ in their shapes.
+  /// Keeps a reference to the hand.
   explicit HandProfiles(const HandModel& hand);
 
   const HandModel& hand() const { return hand_; }

@@ -127,7 +127,6 @@ bool Hit(const PlacedSolid& a, const PlacedSolid& b) {
 }
 
 HandSolids::HandSolids(const robot::HandModel& hand, const SolidOptions& options) : hand_(&hand) {
-  robot::CheckStates(hand);
   for (const geometry::Shape& shape : hand.states.front().shapes) {
     solids_.emplace_back(shape, options);
   }

@@ -70,7 +70,6 @@ bool Hit(const PlacedSolid& a, const PlacedSolid& b);
 /// hand.
 class HandSolids {
  public:
-  /// @throws std::invalid_argument if the hand has no states, or they differ in their shapes.
   HandSolids(const robot::HandModel& hand, const SolidOptions& options);
 
   /// All solids, with the hand's root body at X_WH, in one of its states.
@@ -96,7 +95,6 @@ class HandCollider {
   /// @param obstacles_C  must keep object_clearance_m to the hand: the hand is grown by it
   /// @param own_C        the object to be grasped: must not be touched before the hand closes
   /// @param table_C      normal away from the table; the hand stays table_clearance_m above
-  /// @throws std::invalid_argument if the hand has no states, or they differ in their shapes.
   HandCollider(const robot::HandModel& hand, std::span<const geometry::TriangleMesh> obstacles_C,
                const geometry::TriangleMesh& own_C, const geometry::Plane& table_C,
                const HandColliderOptions& options);

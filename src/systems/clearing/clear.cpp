@@ -2,11 +2,22 @@
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
 
 #include "base/stopwatch.h"
+#include "base/units.h"
 
 namespace rangegrasp::clearing {
+namespace {
+
+// Minimum share of common samples of two scans' objects that are the same: the sensor does not move
+// between scans.
+constexpr double kSameObject = 0.5;
+// Grasps closer to a failed one are similar to it: half the width of a fingertip. The hand's
+// compliance makes up for smaller differences.
+constexpr double kOtherGrasp_m = 0.010;
+constexpr double kOtherGrasp_rad = 15.0 * base::kDeg;
+
+}  // namespace
 
 double SharedSamples(Samples a, Samples b) {
   std::ranges::sort(a);
@@ -23,7 +34,7 @@ const TriedObjects::Entry* TriedObjects::Find(const Samples& object) const {
   double best_share = 0.0;
   for (const Entry& entry : entries_) {
     const double share = SharedSamples(entry.samples, object);
-    if (share < options_->same_object_share || share <= best_share) continue;
+    if (share < kSameObject || share <= best_share) continue;
     best_share = share;
     best = &entry;
   }
@@ -51,7 +62,7 @@ int TriedObjects::TriesAt(const Samples& object) const {
 
 std::optional<int> TriedObjects::TurnOf(const Samples& object) const {
   if (StateOf(object) != Passed::kNotYet) return std::nullopt;
-  return options_->retry == Retry::kAfterOthers ? TriesAt(object) : 0;
+  return TriesAt(object);
 }
 
 void TriedObjects::PassOver(const Samples& object, Passed why) { FindOrAdd(object).passed = why; }
@@ -78,8 +89,8 @@ void TriedObjects::PutFailedLast(grasp::Detection& detection) const {
   std::ranges::stable_partition(detection.grasps, [&](const grasp::DetectedGrasp& grasp) {
     return std::ranges::none_of(entry->failed_X_CH, [&](const base::Pose& failed) {
       const base::Pose X_moved = failed.inverse() * grasp.X_CH;
-      return X_moved.translation().norm() <= options_->other_grasp_m &&
-             base::TurnOf(X_moved.linear()).angle() <= options_->other_grasp_rad;
+      return X_moved.translation().norm() <= kOtherGrasp_m &&
+             base::TurnOf(X_moved.linear()).angle() <= kOtherGrasp_rad;
     });
   });
 }
@@ -178,7 +189,6 @@ class Run {
     base::Stopwatch watch;
     const auto number = static_cast<std::uint64_t>(++result_.scans);
     sensed_ = trial::Look(cell_, world_, base::DeriveSeed(base::DeriveSeed(seed_, "look"), number));
-    fresh_ = true;
     result_.scan_s += watch.Seconds();
   }
 
@@ -195,8 +205,8 @@ class Run {
 
   // No object in the current scan may be taken: requests a new scan or ends the run.
   std::optional<Stop> NothingToTake() {
-    if (fresh_ && last_.objects.empty()) return Stop::kNothingPerceived;
-    if (fresh_ && idle_++ >= options_.idle_scans) return WhyNothing();
+    if (last_.objects.empty()) return Stop::kNothingPerceived;
+    if (idle_++ >= options_.idle_scans) return WhyNothing();
     sensed_.reset();
     tried_.SceneChanged();
     return std::nullopt;
@@ -225,20 +235,7 @@ class Run {
     }
     tried_.SceneChanged();
     idle_ = 0;
-    if (step.felt && options_.rescan == Rescan::kAfterFailure) {
-      LeaveOut(FirstSamples(attempt));
-    } else {
-      sensed_.reset();
-    }
-  }
-
-  // Deletes samples from the current scan. Its truth keeps their labels, but nothing reads them.
-  void LeaveOut(const Samples& samples) {
-    for (const auto& id : samples) {
-      sensed_->observation.views[id.view].image.points_C[id.sample].setConstant(
-          std::numeric_limits<double>::quiet_NaN());
-    }
-    fresh_ = false;
+    sensed_.reset();
   }
 
   void TakeAway(Step& step) {
@@ -286,7 +283,6 @@ class Run {
   TriedObjects tried_;
   Clearing result_;
   std::optional<Sensed> sensed_;
-  bool fresh_ = false;     // nothing was deleted from the current scan
   grasp::Detection last_;  // in the current scan
   int idle_ = 0;
 };

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "base/frames.h"
-#include "base/units.h"
 #include "geometry/observation.h"
 #include "grasp/detector.h"
 #include "sim/world.h"
@@ -17,33 +16,13 @@
 
 namespace rangegrasp::clearing {
 
-/// When the table is scanned again (section 5.1, fig. 5.2).
-enum class Rescan {
-  kEach,          ///< after each grasp
-  kAfterFailure,  ///< only after a failed grasp; otherwise the object is removed from the last scan
-};
-constexpr std::array<std::string_view, 2> WordsOf(Rescan) { return {"each", "after_failure"}; }
-
-/// When a failed object is tried again.
-enum class Retry {
-  kAtOnce,
-  kAfterOthers,  ///< after those with fewer failures: obstacles may be gone by then
-};
-constexpr std::array<std::string_view, 2> WordsOf(Retry) { return {"at_once", "after_others"}; }
-
 /// Rules of a program without ground truth for the steps after a grasp. The texts of the keys
 /// (task/clearing_task.cpp) describe the fields.
 struct ClearingOptions {
   int runs = 100;
-  Rescan rescan = Rescan::kEach;
-  Retry retry = Retry::kAfterOthers;
   int tries_per_object = 3;
   int max_grasps = 0;
-  int idle_scans = 2;              ///< repeated scans: noise may have hidden a grasp
-  double same_object_share = 0.5;  ///< the sensor does not move between scans
-  /// Half the width of a fingertip. The hand's compliance makes up for smaller differences.
-  double other_grasp_m = 0.010;
-  double other_grasp_rad = 15.0 * base::kDeg;
+  int idle_scans = 2;  ///< repeated scans: noise may have hidden a grasp
 };
 
 using Samples = std::vector<geometry::SampleId>;
@@ -69,7 +48,8 @@ class TriedObjects {
   explicit TriedObjects(const ClearingOptions& options) : options_(&options) {}
 
   Passed StateOf(const Samples& object) const;
-  /// nullopt if it may not be taken; else 0, or its number of failed tries (Retry::kAfterOthers).
+  /// nullopt if it may not be taken; else its number of failed tries: obstacles may be gone after
+  /// the objects with fewer.
   std::optional<int> TurnOf(const Samples& object) const;
   int TriesAt(const Samples& object) const;
 

@@ -8,7 +8,6 @@
 #include <iterator>
 #include <map>
 #include <numeric>
-#include <stdexcept>
 
 #include "base/statistics.h"
 
@@ -444,9 +443,6 @@ std::optional<BarrelEnds> FindEnds(const PointCloud& cloud, std::span<const std:
 
 std::vector<Line> FindBarrels(const PointCloud& cloud, const Eigen::Vector3d& up, double radius_m,
                               double height_m, const BarrelSearchOptions& options, base::Rng& rng) {
-  if (cloud.normals.size() != cloud.size()) {
-    throw std::invalid_argument("a search for barrels needs one normal a point");
-  }
   const double scatter_m =
       std::max<double>(options.min_scatter_m, options.scatter_of_radius * radius_m);
   const PointCloud votes = VotesOf(cloud, radius_m, options.points);

@@ -104,7 +104,6 @@ struct BarrelSearchOptions {
 /// oblique ones, each best supported first. Given cylinders of nearly equal radius also yield each
 /// other's axes. O(n + points (draws + log points)).
 /// @param up  unit vector, away from the table
-/// @throws std::invalid_argument if there is not one normal per point.
 std::vector<Line> FindBarrels(const geometry::PointCloud& cloud, const Eigen::Vector3d& up,
                               double radius_m, double height_m, const BarrelSearchOptions& options,
                               base::Rng& rng);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <stdexcept>
 #include <tuple>
 #include <vector>
 
@@ -47,9 +46,6 @@ double SurfaceDistance(const Cylinder& cylinder, const Eigen::Vector3d& p) {
 
 geometry::Points AxisPoints(geometry::PointSpan barrel, geometry::PointSpan outward_normals,
                             double radius_m) {
-  if (barrel.size() != outward_normals.size()) {
-    throw std::invalid_argument("axis points need one normal a point");
-  }
   geometry::Points points;
   std::ranges::transform(
       barrel, outward_normals, std::back_inserter(points),

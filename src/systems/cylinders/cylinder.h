@@ -53,7 +53,7 @@ inline Eigen::Vector3d AxisPoint(const Eigen::Vector3d& p, const Eigen::Vector3d
                                  double radius_m) {
   return p - radius_m * outward_normal;
 }
-/// AxisPoint of all points. @throws std::invalid_argument unless there is one normal per point.
+/// AxisPoint of all points, with one normal per point.
 geometry::Points AxisPoints(geometry::PointSpan barrel, geometry::PointSpan outward_normals,
                             double radius_m);
 

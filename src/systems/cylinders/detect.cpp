@@ -63,7 +63,6 @@ void TurnUp(const Eigen::Vector3d& up, Line& axis) {
 void AddRim(const Rim& rim, FoundCylinder& found) {
   found.from_rim = true;
   found.rim_share = rim.share;
-  found.rim = rim.points;
 }
 
 /// Fits (refine_pose) and checks (check_shape) a given cylinder at a candidate axis.
@@ -335,17 +334,6 @@ Measured Gather(const geometry::Observation& observation,
   return measured;
 }
 
-void CheckGiven(std::span<const GivenCylinder> given) {
-  if (given.empty()) throw base::InputError("no cylinder is given");
-  for (const GivenCylinder& one : given) {
-    const bool is_finite = std::isfinite(one.radius_m) && std::isfinite(one.height_m);
-    if (is_finite && one.radius_m > 0.0 && one.height_m > 0.0) continue;
-    throw base::InputError(
-        fmt::format("cylinder with radius {:g} m and height {:g} m: both must be above 0",
-                    one.radius_m, one.height_m));
-  }
-}
-
 /// The plane with the most points near it (section 4.2.1); its normal points to the sensor's side.
 std::optional<perception::Table> DominantPlane(PointSpan points, const Eigen::Vector3d& origin,
                                                const DetectOptions& options, base::Rng& rng) {
@@ -360,6 +348,22 @@ std::optional<perception::Table> DominantPlane(PointSpan points, const Eigen::Ve
            !IsOnSensorSide(table.plane, origin, p);
   });
   return table;
+}
+
+/// Adapts all lengths that were not set explicitly to the sampling.
+void AdaptLengths(const perception::Sampling& sampling, DetectOptions& options) {
+  perception::PerceptionOptions perception_options;
+  perception_options.preprocess = options.preprocess;
+  perception::AdaptLengths(sampling, perception_options);
+  options.preprocess = perception_options.preprocess;
+  for (perception::AdaptiveLength* length :
+       {&options.curvature.radius_m, &options.curvature.line_step_m, &options.barrel.distance_m,
+        &options.barrel.first_distance_m, &options.barrel.piece_m, &options.search.min_scatter_m,
+        &options.accept.rim_distance_m, &options.accept.max_rim_error_m,
+        &options.accept.max_radius_error_m, &options.accept.max_height_error_m,
+        &options.accept.max_face_error_m, &options.accept.view_tolerance_m}) {
+    length->AdaptTo(sampling);
+  }
 }
 
 /// Adapts the lengths to the noise about the table, which small neighborhoods do not show.
@@ -566,26 +570,10 @@ DetectOptions AsPublished() {
   return options;
 }
 
-void AdaptLengths(const perception::Sampling& sampling, DetectOptions& options) {
-  perception::PerceptionOptions perception_options;
-  perception_options.preprocess = options.preprocess;
-  perception::AdaptLengths(sampling, perception_options);
-  options.preprocess = perception_options.preprocess;
-  for (perception::AdaptiveLength* length :
-       {&options.curvature.radius_m, &options.curvature.line_step_m, &options.barrel.distance_m,
-        &options.barrel.first_distance_m, &options.barrel.piece_m, &options.search.min_scatter_m,
-        &options.accept.rim_distance_m, &options.accept.max_rim_error_m,
-        &options.accept.max_radius_error_m, &options.accept.max_height_error_m,
-        &options.accept.max_face_error_m, &options.accept.view_tolerance_m}) {
-    length->AdaptTo(sampling);
-  }
-}
-
 CylinderScene DetectCylinders(const geometry::Observation& observation,
                               std::span<const GivenCylinder> given, const DetectOptions& as_given,
                               base::Rng& rng,
                               const std::optional<perception::Workspace>& workspace) {
-  CheckGiven(given);
   DetectOptions options = as_given;
   base::Stopwatch watch;
   Measured measured = Gather(observation, workspace);

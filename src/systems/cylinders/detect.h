@@ -103,9 +103,6 @@ struct DetectOptions : DetectAdditions {
 /// Options with every addition off.
 DetectOptions AsPublished();
 
-/// Adapts all lengths that were not set explicitly to the sampling.
-void AdaptLengths(const perception::Sampling& sampling, DetectOptions& options);
-
 // Detection of given cylinders among other objects on a table (section 4.2).
 
 /// The shape of a cylinder to be found [m].
@@ -130,8 +127,7 @@ struct FoundCylinder {
   double rim_share = 0.0;      ///< Rim::share; 0 if found by its barrel
   double length_seen_m = 0.0;  ///< of the barrel along the axis; 0: only its rim was seen
   ViewCounts view;             ///< agreement with the scan; zeros without check_shape
-  geometry::Indices rim;       ///< positions in CylinderScene::cloud
-  geometry::Indices barrel;
+  geometry::Indices barrel;    ///< positions in CylinderScene::cloud
 };
 
 struct CylinderScene {
@@ -164,9 +160,8 @@ inline bool IsOnSensorSide(const geometry::Plane& plane, const Eigen::Vector3d& 
 
 /// Detection by section 4.2: table, filter, normals, curvature points, fragments, circles, axes. An
 /// image with more than one profile is in scan order.
-/// @param given  at least one; other cylinders are ignored
-/// @throws base::InputError if a given cylinder has no size, if there are fewer than 100 points, or
-/// if no table can be found.
+/// @param given  at least one, with sizes above 0; other cylinders are ignored
+/// @throws base::InputError if there are fewer than 100 points, or if no table can be found.
 /// @throws std::invalid_argument if a view has neither one origin nor one per profile.
 CylinderScene DetectCylinders(const geometry::Observation& observation,
                               std::span<const GivenCylinder> given, const DetectOptions& options,

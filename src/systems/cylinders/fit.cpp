@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <unsupported/Eigen/NonLinearOptimization>
 
 #include "base/linear_algebra.h"
@@ -107,7 +106,6 @@ double BarrelResidual(const BarrelParameters& x, const Eigen::Vector3d& p,
 }
 
 std::optional<Barrel> FitLeastSquares(geometry::PointSpan points, int iterations) {
-  if (iterations < 1) throw std::invalid_argument("FitLeastSquares: iterations must be >= 1");
   constexpr int kParameters = BarrelParameters::RowsAtCompileTime;
   const auto line = FitLine(points);
   if (points.size() < kParameters || !line) return std::nullopt;
@@ -133,13 +131,6 @@ namespace {
 constexpr int kCircleRounds = 40;
 constexpr double kRestShare = 1e-9;
 constexpr double kFloorShare = 1e-4;
-
-void Check(const RcfOptions& options) {
-  if (options.neighborhood_m <= 0.0 || options.tolerance_m <= 0.0 || options.barrel_rounds < 1) {
-    throw std::invalid_argument(
-        "RCF: neighborhood_m and tolerance_m must be > 0, barrel_rounds >= 1");
-  }
-}
 
 /// "Top curvature points": curved points that pass the gate. Ascending.
 geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
@@ -186,7 +177,6 @@ bool PassesGate(const Eigen::Vector3d& n_S, const RcfOptions& options) {
 }
 
 RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options) {
-  Check(options);
   const geometry::KdTree tree(input.points);
   geometry::NeighborLists neighbors;
   geometry::PointCloud cloud{{input.points.begin(), input.points.end()}, {}};
@@ -231,7 +221,6 @@ std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3
 
 std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepared,
                              const RcfOptions& options, base::Rng& rng) {
-  Check(options);
   const geometry::Points rim = geometry::Select(input.points, RimOf(input, prepared, options));
   const auto drawn = FitRandomCircle(rim, options.draws, rng);
   if (!drawn) return std::nullopt;

@@ -71,7 +71,6 @@ double BarrelResidual(const BarrelParameters& x, const Eigen::Vector3d& p,
 /// (PCA), and the mean distance from that line. O(iterations n).
 /// @return nullopt for fewer than seven points, or if the start or the result is no cylinder.
 /// @param iterations  maximum number, >= 1; 100 in the dissertation (section 4.4)
-/// @throws std::invalid_argument if iterations < 1.
 std::optional<Barrel> FitLeastSquares(geometry::PointSpan points, int iterations = 100);
 
 // Random circle fitting (RCF) of one cylinder's points: rim, circle, axis (sections 4.2.2 to
@@ -112,7 +111,6 @@ struct RcfPreparation {
   std::vector<bool> curved;  ///< true for strong curvature points (eq. 4.13)
 };
 /// O(n m) for neighborhoods of m points.
-/// @throws std::invalid_argument if an option is out of range or a point is not finite.
 RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options);
 
 /// True if a normal, in the frame of SensorAxes, is that of a "top curvature point".

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace rangegrasp::cylinders {
 namespace {
@@ -73,9 +72,6 @@ std::vector<bool> CurvedPoints(const geometry::PointCloud& cloud, const geometry
 
 std::vector<bool> LineEdges(geometry::PointSpan points, std::span<const ScanPlace> places,
                             const CurvatureOptions& options) {
-  if (points.size() != places.size()) {
-    throw std::invalid_argument("line edges need the place of each point in the scan");
-  }
   const double min_cosine = std::cos(options.max_edge_angle_rad);
   std::vector<bool> edges(points.size(), false);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -170,7 +166,6 @@ double ShareOn(const Circle& circle, geometry::PointSpan rim, CircleDistance dis
 }
 
 std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, int draws, base::Rng& rng) {
-  if (draws < 1) throw std::invalid_argument("draws must be at least 1");
   if (rim.size() < 3) return std::nullopt;
   std::optional<Circle> best;
   double least_m = std::numeric_limits<double>::infinity();

@@ -51,7 +51,6 @@ struct ScanPlace {
 
 /// For each point, whether its scan line has an edge there (eq. 4.14). Points are in scan order.
 /// @param places  one per point. O(n).
-/// @throws std::invalid_argument if there is not one place per point.
 std::vector<bool> LineEdges(geometry::PointSpan points, std::span<const ScanPlace> places,
                             const CurvatureOptions& options);
 
@@ -129,7 +128,7 @@ double ShareOn(const Circle& circle, geometry::PointSpan rim, CircleDistance dis
 /// The circle through a randomly drawn triple with the least sum of distances of all points (RCF,
 /// eq. 4.24, 4.25, section 4.2.4). O(draws n). Depends only on the arguments and the rng's state.
 /// @return nullopt if there are fewer than three points or no triple gave a circle.
-/// @param draws  100 as published. @throws std::invalid_argument if < 1.
+/// @param draws  >= 1; 100 as published
 std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, int draws, base::Rng& rng);
 
 }  // namespace rangegrasp::cylinders

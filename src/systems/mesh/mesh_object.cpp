@@ -126,7 +126,7 @@ double UnitOf(const std::filesystem::path& file, double longest, const MeshObjec
   if (!guess) {
     throw base::InputError(
         fmt::format("{}: its longest side is {:.4g}, which is not between {} and {} in mm, cm or "
-                    "m. Give the unit with --unit, or the size with --height-mm or --size-mm",
+                    "m. Give the unit with --unit, or the size with --size-mm",
                     file.string(), longest, Length(kLikelyMin_m), Length(kLikelyMax_m)));
   }
   said.push_back(
@@ -135,19 +135,14 @@ double UnitOf(const std::filesystem::path& file, double longest, const MeshObjec
   return MetersOf(*guess);
 }
 
-double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
-               const MeshObjectOptions& options, std::vector<std::string>& said) {
-  const double longest = edges.maxCoeff();
+double ScaleOf(const std::filesystem::path& file, double longest, const MeshObjectOptions& options,
+               std::vector<std::string>& said) {
   if (!(longest > 0.0)) throw base::InputError(file.string() + ": all its vertices are one point");
-  if (options.height_m && !(edges.z() > 0.0)) {
-    throw base::InputError(file.string() + ": is flat, it has no height to scale");
-  }
-  const double scale = options.height_m    ? *options.height_m / edges.z()
-                       : options.longest_m ? *options.longest_m / longest
-                                           : UnitOf(file, longest, options, said) * options.scale;
+  const double scale =
+      options.longest_m ? *options.longest_m / longest : UnitOf(file, longest, options, said);
   const double size_m = longest * scale;
   if (size_m < check::kMinSize_m || size_m > check::kMaxSize_m) {
-    std::string cure = "--unit, --scale, --height-mm or --size-mm change it";
+    std::string cure = "--unit or --size-mm changes it";
     if (const auto likely = GuessUnit(longest)) {
       cure = fmt::format("is its unit {}? {}", base::Word(*likely), cure);
     }
@@ -156,26 +151,6 @@ double ScaleOf(const std::filesystem::path& file, const Vector3d& edges,
         file.string(), Length(size_m), Length(check::kMinSize_m), Length(check::kMaxSize_m), cure));
   }
   return scale;
-}
-
-// Texture coordinates around the z axis: u goes once around it, v from the bottom to the top.
-std::vector<std::array<Eigen::Vector2d, 3>> Unrolled(const geometry::TriangleMesh& mesh,
-                                                     const Eigen::AlignedBox3d& box) {
-  std::vector<std::array<Eigen::Vector2d, 3>> uv;
-  uv.reserve(mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) {
-    auto& corners = uv.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vector3d p = mesh.vertices[triangle.at(k)] - box.center();
-      const double u = std::atan2(p.y(), p.x()) / (2.0 * base::kPi) + 0.5;
-      corners.at(k) = {u, p.z() / box.sizes().z() + 0.5};
-      // A triangle across the seam has coordinates outside 0..1, since textures repeat.
-      const double ahead = corners.at(k).x() - corners.front().x();
-      if (ahead > 0.5) corners.at(k).x() -= 1.0;
-      if (ahead < -0.5) corners.at(k).x() += 1.0;
-    }
-  }
-  return uv;
 }
 
 double AreaOf(const geometry::TriangleMesh& mesh) {
@@ -356,9 +331,12 @@ MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOpt
   MeshObject object;
   auto given = keep_uv ? geometry::ReadTexturedMesh(file)
                        : geometry::TexturedMesh{geometry::ReadMesh(file), {}};
+  if (keep_uv && given.uv.empty()) {
+    throw base::InputError(file.string() + ": has no texture coordinates for a texture");
+  }
   const Eigen::Matrix3d R = Upright(options.up.value_or(IsGltf(file) ? Up::kY : Up::kZ));
   for (Vector3d& v : given.mesh.vertices) v = R * v;
-  const double scale = ScaleOf(file, BoxOf(given.mesh).sizes(), options, object.said);
+  const double scale = ScaleOf(file, BoxOf(given.mesh).sizes().maxCoeff(), options, object.said);
   for (Vector3d& v : given.mesh.vertices) v *= scale;
 
   geometry::Repaired repaired;
@@ -393,11 +371,6 @@ MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOpt
     if (object.seen_O.triangles.size() < solid.triangles.size()) {
       object.said.push_back(fmt::format("the visible mesh has {} of its {} triangles",
                                         object.seen_O.triangles.size(), solid.triangles.size()));
-    }
-    if (keep_uv) {
-      object.uv = Unrolled(object.seen_O, BoxOf(object.seen_O));
-      object.said.emplace_back(
-          "it has no texture coordinates: the texture is wrapped once around its z axis");
     }
   }
   Cut(solid, object);

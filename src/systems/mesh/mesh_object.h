@@ -46,9 +46,7 @@ constexpr std::array<std::string_view, 3> WordsOf(Up) { return {"z", "y", "x"}; 
 
 struct MeshObjectOptions {
   std::optional<LengthUnit> unit;   ///< default: guessed
-  std::optional<double> height_m;   ///< along the axis that points up; overrides the unit
   std::optional<double> longest_m;  ///< longest edge of the bounding box; overrides the unit
-  double scale = 1.0;               ///< applied in addition to the unit
   std::optional<Up> up;             ///< default: z; for glTF y, by its standard
   std::optional<double> mass_kg;    ///< overrides the density
   double density_kg_m3 = 900.0;
@@ -71,9 +69,9 @@ struct MeshObject {
 };
 
 /// Reads, scales and repairs a mesh, computes its mass, and decomposes it into convex parts.
-/// @param keep_uv  keeps the file's texture coordinates; without any, unrolls the mesh around its z
-///                 axis.
-/// @throws base::InputError naming the file and why it cannot become an object.
+/// @param keep_uv  keeps the file's texture coordinates
+/// @throws base::InputError naming the file and why it cannot become an object; also if it has no
+/// texture coordinates to keep.
 MeshObject MakeMeshObject(const std::filesystem::path& file, const MeshObjectOptions& options,
                           bool keep_uv = false);
 

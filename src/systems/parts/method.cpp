@@ -22,15 +22,14 @@ Segmentation SegmentBy(Method method, const Shape& input, const MethodOptions& o
     case Method::kHierarchy: {
       HierarchyOptions hierarchy{.parts = options.clusters};
       hierarchy.cut_quality = options.cut_quality.value_or(hierarchy.cut_quality);
-      Segmentation found = SegmentHierarchy(shape, hierarchy);
-      return options.level ? AtLevel(found, *options.level) : found;
+      return SegmentHierarchy(shape, hierarchy);
     }
     case Method::kKMeans:
       return SegmentByKMeans(shape, {.clusters = options.clusters.value_or(kDefaultClusters)});
     case Method::kSdf:
       return SegmentBySdf(shape, options.clusters.value_or(kDefaultClusters));
     case Method::kCore:
-      return SegmentByCoreExtraction(shape, options.level.value_or(kDefaultLevels));
+      return SegmentByCoreExtraction(shape);
   }
   throw std::invalid_argument("SegmentBy: no such method");
 }

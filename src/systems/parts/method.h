@@ -15,7 +15,6 @@ constexpr std::array<std::string_view, 5> WordsOf(Method) {
 /// Options that a caller may set; all others have their defaults.
 struct MethodOptions {
   std::optional<int> clusters;        ///< hierarchy: parts; kmeans, sdf: clusters; absent: default
-  std::optional<int> level;           ///< hierarchy: maximum depth of cuts; core: levels, >= 1
   std::optional<double> cut_quality;  ///< hierarchy: > 0; worse cuts are not made
   bool pose_invariant = false;        ///< mirror: segment the shape with its limbs stretched out
   bool go_on_outside = false;         ///< mirror: continue if no center inside the shape is found

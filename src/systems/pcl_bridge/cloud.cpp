@@ -60,7 +60,6 @@ geometry::Indices ToSource(const Cloud& cloud, const pcl::Indices& indices) {
 }
 
 geometry::Points EstimateNormals(const Cloud& cloud, const NormalOptions& options) {
-  Demand(options.radius_m > 0.0, "EstimateNormals: radius_m must be > 0");
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   geometry::Points normals(cloud.size(), Eigen::Vector3d::Constant(kNaN));
   const Cloud::Data& data = cloud.data();
@@ -78,8 +77,6 @@ geometry::Points EstimateNormals(const Cloud& cloud, const NormalOptions& option
 }
 
 geometry::Indices StatisticalFilter(const Cloud& cloud, const StatisticalFilterOptions& options) {
-  Demand(options.neighbors >= 1, "StatisticalFilter: neighbors must be >= 1");
-  Demand(options.max_deviations >= 0.0, "StatisticalFilter: max_deviations must be >= 0");
   const auto& points = cloud.data().finite;
   // The library divides by the number of points minus one and assumes that all neighbors exist.
   if (points->size() < 3) return cloud.data().source;

@@ -54,7 +54,6 @@ struct NormalOptions {
 /// O(n log n).
 /// @return one unit vector per point, towards the cloud's origin; NaN if fewer than three points
 ///         are within the radius or the point itself is not finite.
-/// @throws std::invalid_argument if the radius is not > 0.
 geometry::Points EstimateNormals(const Cloud& cloud, const NormalOptions& options = {});
 
 struct StatisticalFilterOptions {
@@ -65,7 +64,6 @@ struct StatisticalFilterOptions {
 /// Positions of the points that are kept, ascending: those whose mean distance to their nearest
 /// neighbors is at most the mean of this distance over all points plus max_deviations times its
 /// standard deviation (StatisticalOutlierRemoval; Rusu et al. 2008). O(n log n).
-/// @throws std::invalid_argument if an option is out of range.
 geometry::Indices StatisticalFilter(const Cloud& cloud,
                                     const StatisticalFilterOptions& options = {});
 

@@ -30,17 +30,9 @@ constexpr float kSpatialImportance = 0.4F;
 /// Connections across a step are left out: the planes are further apart than their angle explains,
 /// by more than this many voxels (the library's default).
 constexpr float kStepVoxels = 0.1F;
-
-void Check(const Cloud& cloud, const LocalConvexityOptions& options) {
-  Demand(options.voxel_m > 0.0, "SegmentByLocalConvexity: voxel_m must be > 0");
-  Demand(options.seed_m > options.voxel_m, "SegmentByLocalConvexity: seed_m must be > voxel_m");
-  Demand(options.concavity_tolerance_rad >= 0.0 && options.concavity_tolerance_rad <= base::kPi,
-         "SegmentByLocalConvexity: concavity_tolerance_rad must be in [0, pi]");
-  Demand(options.min_supervoxels >= 0, "SegmentByLocalConvexity: min_supervoxels must be >= 0");
-  if (!options.camera_depth) return;
-  Demand(std::ranges::all_of(*cloud.data().finite, [](const auto& p) { return p.z > 0.0F; }),
-         "SegmentByLocalConvexity: with camera_depth every point's z must exceed the origin's");
-}
+/// A concave connection is kept if the normals differ by less than this (Stein et al. 2014). A
+/// larger value connects across shallow creases, a smaller one splits noisy surfaces.
+constexpr float kConcavityTolerance_deg = 10.0F;
 
 std::int32_t PositionOf(const std::vector<std::uint32_t>& labels, std::uint32_t label) {
   const auto at = std::ranges::lower_bound(labels, label);
@@ -52,8 +44,7 @@ std::vector<SupervoxelEdge> FindEdges(const Supervoxels& found,
                                       const std::vector<std::uint32_t>& labels,
                                       const LocalConvexityOptions& options) {
   Convexity convexity;
-  convexity.setConcavityToleranceThreshold(
-      static_cast<float>(base::ToDeg(options.concavity_tolerance_rad)));
+  convexity.setConcavityToleranceThreshold(kConcavityTolerance_deg);
   // The paper's sanity criterion leaves out connections at which supervoxels touch only in a point.
   // Without it six of ten pairs of touching boxes became one segment. Its extended convexity
   // (setKFactor) split convex boxes at their corners (scans of pcl_segmentation_test.cpp: 40 % of a
@@ -141,13 +132,6 @@ Model Fit(pcl::SACSegmentation<pcl::PointXYZ>& sac, int model_type, const PclClo
   return model;
 }
 
-template <typename Options>
-void CheckRansac(const Options& options) {
-  Demand(options.max_draws >= 1, "max_draws must be >= 1");
-  Demand(options.inlier_distance_m > 0.0, "inlier_distance_m must be > 0");
-  Demand(options.confidence > 0.0 && options.confidence < 1.0, "confidence must be in (0, 1)");
-}
-
 /// Converts the plane p . values(0..2) + values(3) = 0, with p = point - origin.
 geometry::Plane ToPlane(const Eigen::VectorXd& values, const Eigen::Vector3d& origin) {
   const double length = values.head<3>().norm();
@@ -180,8 +164,6 @@ Eigen::Vector3d Mean(const PclCloud& points, const pcl::Indices& indices) {
 
 std::vector<geometry::Indices> EuclideanClusters(const Cloud& cloud,
                                                  const EuclideanClusterOptions& options) {
-  Demand(options.tolerance_m > 0.0, "EuclideanClusters: tolerance_m must be > 0");
-  Demand(options.min_points >= 1, "EuclideanClusters: min_points must be >= 1");
   if (cloud.data().finite->empty()) return {};
   pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
   extraction.setClusterTolerance(options.tolerance_m);
@@ -196,7 +178,10 @@ std::vector<geometry::Indices> EuclideanClusters(const Cloud& cloud,
 }
 
 LocalConvexity SegmentByLocalConvexity(const Cloud& cloud, const LocalConvexityOptions& options) {
-  Check(cloud, options);
+  if (options.camera_depth) {
+    Demand(std::ranges::all_of(*cloud.data().finite, [](const auto& p) { return p.z > 0.0F; }),
+           "SegmentByLocalConvexity: with camera_depth every point's z must exceed the origin's");
+  }
   LocalConvexity result;
   result.segment.assign(cloud.size(), -1);
   result.supervoxel.assign(cloud.size(), -1);
@@ -234,7 +219,6 @@ LocalConvexity SegmentByLocalConvexity(const Cloud& cloud, const LocalConvexityO
 }
 
 std::optional<geometry::PlaneFit> FitPlane(const Cloud& cloud, const PlaneOptions& options) {
-  CheckRansac(options);
   const auto& points = cloud.data().finite;
   if (points->size() < 3) return std::nullopt;
   pcl::SACSegmentation<pcl::PointXYZ> sac;
@@ -246,11 +230,6 @@ std::optional<geometry::PlaneFit> FitPlane(const Cloud& cloud, const PlaneOption
 
 std::optional<CylinderFit> FitCylinder(const Cloud& cloud, const geometry::Points& normals,
                                        const CylinderOptions& options) {
-  CheckRansac(options);
-  Demand(options.normal_weight >= 0.0 && options.normal_weight <= 1.0,
-         "FitCylinder: normal_weight must be in [0, 1]");
-  Demand(options.min_radius_m >= 0.0 && options.max_radius_m > options.min_radius_m,
-         "FitCylinder: radii must hold 0 <= min_radius_m < max_radius_m");
   Demand(normals.size() == cloud.size(), "there must be one normal for each point of the cloud");
   // The library's sorts and fits do not tolerate NaN.
   const geometry::Indices with_normal =

@@ -4,7 +4,6 @@
 #include <optional>
 #include <vector>
 
-#include "base/units.h"
 #include "geometry/plane.h"
 #include "pcl_bridge/cloud.h"
 
@@ -19,7 +18,6 @@ struct EuclideanClusterOptions {
 
 /// Positions of each cluster's points, ascending; the largest cluster first
 /// (EuclideanClusterExtraction). O(n log n).
-/// @throws std::invalid_argument if an option is out of range.
 std::vector<geometry::Indices> EuclideanClusters(const Cloud& cloud,
                                                  const EuclideanClusterOptions& options = {});
 
@@ -34,10 +32,6 @@ struct LocalConvexityOptions {
   /// Voxels grow with the depth z, like the spacing of a camera's points. The cloud's origin must
   /// be the camera and z its viewing direction.
   bool camera_depth = false;
-  /// [0, pi]: a concave connection is kept if the normals differ by less than this (Stein et al.
-  /// 2014: 10 degrees). A larger value connects across shallow creases, a smaller one splits noisy
-  /// surfaces.
-  double concavity_tolerance_rad = 10.0 * base::kDeg;
   /// >= 0: segments of at most this many supervoxels join their largest neighbor (the paper: 3).
   int min_supervoxels = 3;
 };
@@ -64,8 +58,7 @@ struct LocalConvexity {
 /// The library numbers and merges segments in the order of heap addresses, which changes from run
 /// to run. Only its verdict on each connection is used; segments are grown, joined (smallest first)
 /// and numbered (by descending number of supervoxels) here. O(n log n).
-/// @throws std::invalid_argument if an option is out of range, or with camera_depth a point is not
-///         in front of the origin.
+/// @throws std::invalid_argument if with camera_depth a point is not in front of the origin.
 LocalConvexity SegmentByLocalConvexity(const Cloud& cloud,
                                        const LocalConvexityOptions& options = {});
 
@@ -82,7 +75,6 @@ struct PlaneOptions {
 /// single-threaded, so the same input gives the same output. The normal points to the side of the
 /// cloud's origin. O(draws n).
 /// @return nullopt if no three points span a plane.
-/// @throws std::invalid_argument if an option is out of range.
 std::optional<geometry::PlaneFit> FitPlane(const Cloud& cloud, const PlaneOptions& options = {});
 
 struct Cylinder {
@@ -115,7 +107,7 @@ struct CylinderOptions {
 /// them by Levenberg-Marquardt (SACMODEL_CYLINDER). O(draws n).
 /// @param normals  of this cloud; points without a normal are never inliers.
 /// @return nullopt if no pair of points gave a cylinder with a radius in the range.
-/// @throws std::invalid_argument if an option is out of range or the number of normals is wrong.
+/// @throws std::invalid_argument if the number of normals is wrong.
 std::optional<CylinderFit> FitCylinder(const Cloud& cloud, const geometry::Points& normals,
                                        const CylinderOptions& options = {});
 

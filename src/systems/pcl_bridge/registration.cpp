@@ -85,9 +85,6 @@ PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
 Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,
                                        const Eigen::Isometry3d& X_TS,
                                        const RegistrationOptions& options) {
-  Demand(options.max_pair_distance_m > 0.0, "max_pair_distance_m must be > 0");
-  Demand(options.max_iterations >= 1, "max_iterations must be >= 1");
-  Demand(options.min_step_m > 0.0 && options.min_step_rad > 0.0, "min steps must be > 0");
   const PclCloud& points = *source.data().finite;
   Demand(points.size() >= 3, "RegisterPointToPlane: the source needs 3 points or more");
   const PclOriented::Ptr oriented(new PclOriented);

@@ -37,8 +37,7 @@ class PlaneTarget {
 /// randomness.
 /// @param X_TS  the initial guess of the source's frame S in the target's frame T.
 /// @return X_TS; the initial guess if the pairs do not determine the pose.
-/// @throws std::invalid_argument if an option is out of range or the source has fewer than 3 finite
-///         points.
+/// @throws std::invalid_argument if the source has fewer than 3 finite points.
 Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,
                                        const Eigen::Isometry3d& X_TS,
                                        const RegistrationOptions& options = {});

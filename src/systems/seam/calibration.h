@@ -37,9 +37,10 @@ struct LateralSample {
   double x_m;
 };
 
-/// @throws base::InputError if there are fewer than 32 columns, 5 distinct rows or 3 lateral
-/// samples at 2 heights, a sample is not finite, columns do not increase with x, or the function is
-/// not monotonic over the rows (a real sensor's is).
+/// All samples must be finite.
+/// @throws base::InputError if there are fewer than 5 distinct rows or 3 lateral samples at 2
+/// heights, columns do not increase with x, or the function is not monotonic over the rows (a real
+/// sensor's is).
 Calibration FitCalibration(std::span<const HeightSample> heights,
                            std::span<const LateralSample> laterals, int columns);
 
@@ -65,7 +66,7 @@ struct CalibrationScan {
 
 /// Builds the look-up table from scans at several distances and fits it. Each scan contributes the
 /// row of each plateau (a median) and the column of each riser. Rows may increase or decrease with
-/// height. Steps must be at least 16 columns wide.
+/// height. Steps must be at least 16 columns wide. There must be a scan; all have the same width.
 /// @throws base::InputError naming the scan in which the staircase is not found, and like
 /// FitCalibration.
 Calibration CalibrateFromBody(const CalibrationBody& body, std::span<const CalibrationScan> scans);

@@ -85,12 +85,9 @@ struct StepOptions {
   double fitted = 0.6;
   /// For kFit, a new edge. A noisy surface without an edge has some steps of 0.6 in 0.1 s.
   double fitted_first = 0.8;
-  double period_s = 0.1;      ///< > 0, for kFit: at least three profiles
-  int half_window = 10;       ///< >= 1 [columns] (section 3.5.3)
-  int median_half_width = 6;  ///< >= 0 [columns]; one as wide as the window flattens slanted edges
-  /// For kRange: keeps noise from hiding the edge of a mat of min_step_m in every other profile. 1:
-  /// as published.
-  double continued = 0.7;
+  double period_s = 0.1;       ///< > 0, for kFit: at least three profiles
+  int half_window = 10;        ///< >= 1 [columns] (section 3.5.3)
+  int median_half_width = 6;   ///< >= 0 [columns]; one as wide as the window flattens slanted edges
   double min_step_m = 0.3e-3;  ///< >= 0; the thinnest mat (section 3.5.3); 0: no test
 };
 /// Step height at a column (section 3.5.3): maximum minus minimum of the median-filtered heights

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <stdexcept>
 
 #include "base/linear_algebra.h"
 #include "base/units.h"
@@ -143,28 +142,6 @@ RANGEGRASP_VECTORISED std::vector<float> Above(std::span<const float> height, co
   return above;
 }
 
-// Reads the keys, or checks them (base::RangeCheck).
-void ReadMonitorNumbers(auto& map, MonitorOptions& options) {
-  map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, base::kMm, 0.5, 100.0,
-                 "minimum height of an obstacle above the surface");
-  map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, base::kMm, 0.1, 100.0,
-                 "minimum width of an obstacle");
-  map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
-           "number of the last profiles that must show an obstacle in the same place");
-  map.ReadScaled("min_step_mm", options.min_step_m, base::kMm, 0.001, 100.0,
-                 "minimum height of a mat's edge; the methods as published use "
-                 "tracker.step.min_step_mm");
-  map.Read("mat_end_profiles", options.mat_end_profiles, 1, 1000,
-           "number of the last usable profiles without an edge that means the end of the mats");
-  map.Read("window", options.window, 1, 1000, "number of the last profiles for these counts");
-  map.Read("outage_profiles", options.outage_profiles, 1, 1000,
-           "number of consecutive unusable profiles that means an outage of the sensor");
-}
-
-bool WindowSuffices(const MonitorOptions& options) {
-  return options.window >= std::max(options.obstacle_profiles, options.mat_end_profiles);
-}
-
 }  // namespace
 
 std::vector<float> HeightAboveSurface(const PreparedProfile& profile) {
@@ -195,8 +172,21 @@ std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width,
 }
 
 void ReadMonitorOptions(base::YamlMap map, MonitorOptions& options) {
-  ReadMonitorNumbers(map, options);
-  if (!WindowSuffices(options)) {
+  map.ReadScaled("obstacle_height_mm", options.obstacle_height_m, base::kMm, 0.5, 100.0,
+                 "minimum height of an obstacle above the surface");
+  map.ReadScaled("obstacle_width_mm", options.obstacle_width_m, base::kMm, 0.1, 100.0,
+                 "minimum width of an obstacle");
+  map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
+           "number of the last profiles that must show an obstacle in the same place");
+  map.ReadScaled("min_step_mm", options.min_step_m, base::kMm, 0.001, 100.0,
+                 "minimum height of a mat's edge; the methods as published use "
+                 "tracker.step.min_step_mm");
+  map.Read("mat_end_profiles", options.mat_end_profiles, 1, 1000,
+           "number of the last usable profiles without an edge that means the end of the mats");
+  map.Read("window", options.window, 1, 1000, "number of the last profiles for these counts");
+  map.Read("outage_profiles", options.outage_profiles, 1, 1000,
+           "number of consecutive unusable profiles that means an outage of the sensor");
+  if (options.window < std::max(options.obstacle_profiles, options.mat_end_profiles)) {
     map.Fail("window",
              fmt::format("{} must not be shorter than obstacle_profiles ({}) or "
                          "mat_end_profiles ({})",
@@ -216,12 +206,7 @@ SurfaceMonitor::SurfaceMonitor(const LineGeometry& line, const MonitorOptions& o
     : width_(static_cast<std::size_t>(
           std::max(1L, std::lround(options.obstacle_width_m * line.columns_per_m)))),
       columns_per_m_(line.columns_per_m),
-      options_(options) {
-  const base::RangeCheck check("surface monitor");
-  ReadMonitorNumbers(check, options_);
-  if (WindowSuffices(options)) return;
-  throw std::invalid_argument("surface monitor: the window must not be shorter than either count");
-}
+      options_(options) {}
 
 // An obstacle rises above the surface around it. If it is fitted as the surface itself (because it
 // is wide, or the mat around it returns no light), it rises above the earlier surface: in two

@@ -69,7 +69,6 @@ std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width,
 /// second one of the three-lines sensor) has its own tracker.
 class SurfaceMonitor {
  public:
-  /// @throws std::invalid_argument if an option is out of range.
   SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options);
   /// The reason to stop, if the profiles so far give one. It persists, except for an outage, and
   /// for a mat end if the edge is soon seen beyond doubt again (Reading::sure).

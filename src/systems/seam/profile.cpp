@@ -12,8 +12,6 @@
 namespace rangegrasp::seam {
 namespace {
 
-// Number of columns whose counts stay in registers.
-constexpr std::size_t kFilterTile = 32;
 constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 
 bool IsFinite(float z) { return std::abs(z) <= std::numeric_limits<float>::max(); }
@@ -84,14 +82,14 @@ FilterOptions ForDensity(FilterOptions options, std::span<const float> height_m)
   return options;
 }
 
-// Counts, for each column of a tile, the other points within reach and within half_height of it.
-// The inner loop is over columns, so that it vectorises. Comparisons with NaN are false.
-RANGEGRASP_VECTORISED void CountNeighbors(const float* z, std::size_t reach, float half_height,
-                                          int* neighbors) {
+// Counts, for each column, the other points within reach and within half_height of it. The inner
+// loop is over columns, so that it vectorises. Comparisons with NaN are false.
+RANGEGRASP_VECTORISED void CountNeighbors(const float* z, std::size_t columns, std::size_t reach,
+                                          float half_height, int* neighbors) {
   for (std::size_t d = 1; d <= reach; ++d) {
     const float* right = z + d;
     const float* left = z - d;
-    for (std::size_t i = 0; i < kFilterTile; ++i) {
+    for (std::size_t i = 0; i < columns; ++i) {
       neighbors[i] += std::abs(right[i] - z[i]) <= half_height ? 1 : 0;
       neighbors[i] += std::abs(left[i] - z[i]) <= half_height ? 1 : 0;
     }
@@ -104,20 +102,14 @@ std::vector<float> FilterGeometric(std::span<const float> height_m, const Filter
   const std::size_t m = height_m.size();
   const auto reach = std::min(static_cast<std::size_t>(options.half_width_columns), m);
   const auto half_height = static_cast<float>(options.half_height_m);
-  const std::size_t tiles = (m + kFilterTile - 1) / kFilterTile;
-  std::vector<float> padded(tiles * kFilterTile + 2 * reach, kMissing);
+  std::vector<float> padded(m + 2 * reach, kMissing);
   std::copy(height_m.begin(), height_m.end(), padded.begin() + static_cast<std::ptrdiff_t>(reach));
-  std::vector<float> kept(tiles * kFilterTile);
-  for (std::size_t begin = 0; begin < m; begin += kFilterTile) {
-    const float* z = padded.data() + reach + begin;
-    std::array<int, kFilterTile> neighbors{};
-    CountNeighbors(z, reach, half_height, neighbors.data());
-    for (std::size_t i = 0; i < kFilterTile; ++i) {
-      const bool keep = neighbors[i] >= options.min_neighbors && IsFinite(z[i]);
-      kept[begin + i] = keep ? z[i] : kMissing;
-    }
+  std::vector<int> neighbors(m);
+  CountNeighbors(padded.data() + reach, m, reach, half_height, neighbors.data());
+  std::vector<float> kept(m, kMissing);
+  for (std::size_t i = 0; i < m; ++i) {
+    if (neighbors[i] >= options.min_neighbors && IsFinite(height_m[i])) kept[i] = height_m[i];
   }
-  kept.resize(m);
   return kept;
 }
 
@@ -177,7 +169,7 @@ PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options
     prepared.last_column = static_cast<int>(LastFinite(height));
   }
   if (points < options.min_columns) return prepared;
-  if (options.normalise) Subtract(FitQuadratic(height), height);
+  Subtract(FitQuadratic(height), height);
   FillHoles(height);
   prepared.height_m = std::move(height);
   return prepared;

@@ -54,8 +54,7 @@ struct FilterOptions {
 
 struct PreprocessOptions {
   FilterOptions filter;
-  bool normalise = true;
-  int min_columns = 128;  ///< >= 8: an eighth of 1024
+  int min_columns = 128;  ///< of points after the filter, >= 8: an eighth of 1024
 };
 
 /// The geometric filter (dissertation, section 3.2): keeps a point if at least `min_neighbors`

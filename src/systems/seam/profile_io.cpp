@@ -32,17 +32,6 @@ std::string UnknownEnding(const std::string& ending, const char* known) {
 
 // ---- images: a row is a profile ----
 
-// What to do about a level that is out of range, as the end of a message. Levels of camera rows
-// have no such keys.
-std::string LevelCure(const HeightScale& scale, const ProfileFileOptions& options) {
-  const std::string limits = LimitsCure(options);
-  if (limits.empty()) return "";
-  return fmt::format(
-      "; otherwise give image_scale_mm and image_offset_mm (--image-scale, --image-offset; now "
-      "{:g} mm, {:g} mm){}",
-      scale.unit_m * base::kMmPerM, (0.0 - scale.zero * scale.unit_m) * base::kMmPerM, limits);
-}
-
 // Throws at the first pixel that is out of range.
 template <typename Pixel>
 std::vector<RawRow> RowsOf(const image::Grey<Pixel>& image, const HeightScale& scale,
@@ -61,8 +50,11 @@ std::vector<RawRow> RowsOf(const image::Grey<Pixel>& image, const HeightScale& s
     try {
       row.height_m.push_back(HeightOf(level, scale, options));
     } catch (const InputError& error) {
-      throw InputError(fmt::format("row {}, column {}: level {:.7g} {}{}", number, i % columns + 1,
-                                   level, error.what(), LevelCure(scale, options)));
+      throw InputError(fmt::format(
+          "row {}, column {}: level {:.7g} {}; otherwise give image_scale_mm and image_offset_mm "
+          "(--image-scale, --image-offset; now {:g} mm, {:g} mm)",
+          number, i % columns + 1, level, error.what(), scale.unit_m * base::kMmPerM,
+          (0.0 - scale.zero * scale.unit_m) * base::kMmPerM));
     }
   }
   return rows;
@@ -88,57 +80,6 @@ std::string NumberText(double number) {
   text.erase(text.find_last_not_of('0') + 1);
   if (text.back() == '.') text.pop_back();
   return text == "-0" ? "0" : text;
-}
-
-std::string CsvOf(const std::vector<Profile>& profiles, const ProfileFileOptions& options) {
-  std::string text;
-  for (const Profile& profile : profiles) {
-    for (const float height_m : profile.height_m) {
-      text += NumberText(static_cast<double>(height_m) / options.text.scale.unit_m) + ',';
-    }
-    text.back() = '\n';
-  }
-  return text;
-}
-
-// Grey level 0 is a missing value, so heights that would map to it get level 1.
-image::Grey16 ImageOf(const std::vector<Profile>& profiles, const HeightScale& scale) {
-  const std::size_t columns = profiles[0].height_m.size();
-  image::Grey16 image{static_cast<int>(columns), static_cast<int>(profiles.size()), {}};
-  for (std::size_t row = 0; row < profiles.size(); ++row) {
-    for (std::size_t i = 0; i < columns; ++i) {
-      const float height_m = profiles[row].height_m[i];
-      const double grey = std::round(static_cast<double>(height_m) / scale.unit_m + scale.zero);
-      if (std::isfinite(height_m) && !(grey >= 0.0 && grey <= 65535.0)) {
-        throw InputError(
-            fmt::format("row {}, column {}: height {:.6g} m does not fit into 16 bits of {:.6g} m",
-                        row + 1, i + 1, height_m, scale.unit_m));
-      }
-      image.grey.push_back(std::isfinite(height_m) ? static_cast<std::uint16_t>(std::max(grey, 1.0))
-                                                   : std::uint16_t{0});
-    }
-  }
-  return image;
-}
-
-void CheckShape(const std::vector<Profile>& profiles) {
-  if (profiles.empty()) throw InputError("there is no profile to write");
-  const std::size_t columns = profiles[0].height_m.size();
-  if (columns == 0) throw InputError("row 1 has no columns");
-  for (std::size_t row = 0; row < profiles.size(); ++row) {
-    const std::size_t width = profiles[row].height_m.size();
-    if (width == columns) continue;
-    throw InputError(
-        fmt::format("row {} {}", row + 1, WidthFault(width, static_cast<int>(columns))));
-  }
-}
-
-std::string BytesOf(const std::vector<Profile>& profiles, const std::string& ending,
-                    const ProfileFileOptions& options) {
-  CheckShape(profiles);
-  if (IsText(ending)) return CsvOf(profiles, options);
-  if (ending == ".png") return image::EncodePng(ImageOf(profiles, options.grey));
-  throw InputError(UnknownEnding(ending, "written as .csv, .txt or .png"));
 }
 
 // ---- the even grid, and times ----
@@ -403,14 +344,19 @@ ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFile
 }
 
 void WriteProfiles(const std::vector<Profile>& profiles, const std::filesystem::path& file,
-                   const ProfileFileOptions& options) {
-  std::string bytes;
-  try {
-    bytes = BytesOf(profiles, base::EndingOf(file), options);
-  } catch (const InputError& error) {
-    throw InputError(file.string() + ": " + error.what());
+                   double unit_m) {
+  const std::string ending = base::EndingOf(file);
+  if (!IsText(ending)) {
+    throw InputError(file.string() + ": " + UnknownEnding(ending, "written as .csv or .txt"));
   }
-  base::WriteFile(file, bytes);
+  std::string text;
+  for (const Profile& profile : profiles) {
+    for (const float height_m : profile.height_m) {
+      text += NumberText(static_cast<double>(height_m) / unit_m) + ',';
+    }
+    text.back() = '\n';
+  }
+  base::WriteFile(file, text);
 }
 
 }  // namespace rangegrasp::seam

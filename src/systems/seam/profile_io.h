@@ -65,11 +65,11 @@ bool IsImageFile(const std::filesystem::path& file);
 /// time or path.
 ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFileOptions& options);
 
-/// Writes CSV (.csv, .txt; numbers in `text.scale.unit_m`, six digits after the point, "nan" for a
-/// missing value) or a 16-bit image (.png; 0 for a missing value). Times are not written.
-/// @throws base::InputError for another extension, no profile, profiles of different widths, or a
-/// height that does not fit into an image; base::RunError if it cannot be written completely.
+/// Writes CSV (.csv, .txt): numbers in `unit_m`, six digits after the point, "nan" for a missing
+/// value. Times are not written.
+/// @throws base::InputError for another extension; base::RunError if it cannot be written
+/// completely.
 void WriteProfiles(const std::vector<Profile>& profiles, const std::filesystem::path& file,
-                   const ProfileFileOptions& options);
+                   double unit_m = HeightScale{}.unit_m);
 
 }  // namespace rangegrasp::seam

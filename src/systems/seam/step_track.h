@@ -47,11 +47,12 @@ struct LocalStep {
 std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
                                      const LocalStepOptions& options = {});
 
-/// The keys of `step_track` describe each option.
 struct StepTrackOptions {
   LocalStepOptions steps;
-  double memory = 0.9;                     ///< in [0, 1)
-  double uneven = 0.2;                     ///< > 0
+  double memory = 0.9;  ///< share of the evidence that is kept from profile to profile
+  /// Variation of an edge's height, relative to the height: the lower, the more a profile without
+  /// an edge indicates a mat's end.
+  double uneven = 0.2;
   double speed_columns_per_s = 240.0;      ///< > 0; 20 mm/s at 12 columns per mm
   double max_speed_columns_per_s = 600.0;  ///< > 0
   double min_step_m = 0.15e-3;             ///< >= 0: half of the thinnest mat
@@ -59,8 +60,8 @@ struct StepTrackOptions {
   /// an edge the best place has 1.7 (99.5 %: 2.8 to 3.6) and 5 (99.5 %: 6 to 15), respectively.
   double evidence = 3.6;
   double first_evidence = 9.0;
-  double continued = 0.6;  ///< in [0, 1]
-  int line_profiles = 10;  ///< >= 2
+  double continued = 0.6;  ///< share of the required evidence at which a found edge is continued
+  int line_profiles = 10;  ///< number of positions to which the edge's line is fitted
 };
 
 /// Track-before-detect of a step: the evidence of each place is summed along the most likely paths

@@ -24,17 +24,6 @@ constexpr double kMs = 1e-3;
 
 constexpr double kBaseColumns_1_m = 12'000.0;
 
-// Does not read anything: checks options set in code against the ranges of their keys.
-class OptionCheck : public base::RangeCheck {
- public:
-  using RangeCheck::RangeCheck;
-  using RangeCheck::Read;
-  template <base::HasWords Enum>
-  void Read(const std::string&, Enum, const std::string&) const {}
-  OptionCheck Child(const std::string&, const std::string&) const { return *this; }
-  void Finish() const {}
-};
-
 // The line may have too few columns for windows scaled from the base sensor's.
 void CheckSteps(const TrackerOptions& options) {
   const LocalStepOptions& steps = options.step_track.steps;
@@ -47,7 +36,7 @@ void CheckSteps(const TrackerOptions& options) {
                   least_1_m * kMm, options.line.columns_per_m * kMm));
 }
 
-void ReadFilter(auto map, FilterOptions& options) {
+void ReadFilter(YamlMap map, FilterOptions& options) {
   map.Read("half_width_columns", options.half_width_columns, 1, 512,
            "half width of the neighborhood of a point, in columns");
   map.ReadScaled("half_height_mm", options.half_height_m, kMm, 0.001, 100.0,
@@ -57,7 +46,7 @@ void ReadFilter(auto map, FilterOptions& options) {
   map.Finish();
 }
 
-void ReadDetectors(auto map, DetectorOptions& options) {
+void ReadDetectors(YamlMap map, DetectorOptions& options) {
   map.Read("model_levels", options.model_levels, "the two heights of the step in model fitting");
   map.Read("half_window_columns", options.local_weighted_voting.half_window, 1, 4096,
            "number of columns on each side that vote for a candidate (n of eq. 3.6)");
@@ -70,7 +59,7 @@ void ReadDetectors(auto map, DetectorOptions& options) {
   map.Finish();
 }
 
-void ReadStep(auto map, StepOptions& options) {
+void ReadStep(YamlMap map, StepOptions& options) {
   map.Read("rule", options.rule,
            "method for measuring the height: fit is a least-squares fit over the millimetres "
            "beside the step, range is as published");
@@ -79,66 +68,15 @@ void ReadStep(auto map, StepOptions& options) {
   map.ReadScaled("period_ms", options.period_s, kMs, 1.0, 10'000.0,
                  "rule fit: time over which profiles are averaged; an edge that moves by more than "
                  "a millimetre in this time is blurred");
-  map.Read("continued", options.continued, 0.0, 1.0,
-           "rule range: minimum height of an edge near the last ones, relative to min_step_mm; 1 "
-           "is as published");
   map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.001, 100.0, "minimum height of an edge");
   map.Finish();
 }
 
-void ReadStepTrack(auto map, StepTrackOptions& options) {
+void ReadStepTrack(YamlMap map, StepTrackOptions& options) {
   map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.0, 100.0, "minimum height of an edge");
-  map.Read("memory", options.memory, 0.0, 0.999,
-           "share of the evidence for an edge that is kept from profile to profile");
   map.Read("evidence", options.evidence, 0.0, 1e6,
            "mean log-likelihood ratio over many profiles that is required for an edge");
-  map.Read("uneven", options.uneven, 0.01, 10.0,
-           "variation of an edge's height, relative to the height: the lower, the more a profile "
-           "without an edge indicates a mat's end");
-  map.Read("continued", options.continued, 0.0, 1.0,
-           "share of the required evidence at which a found edge is continued");
-  map.Read("line_profiles", options.line_profiles, 2, 1000,
-           "number of positions to which the edge's line is fitted");
   map.Finish();
-}
-
-void ReadOtherKeys(auto& map, TrackerOptions& options) {
-  ReadFilter(map.Child("filter", "geometric filter that removes isolated points"),
-             options.preprocess.filter);
-  map.Read("border_columns", options.border_columns, 0, 4096,
-           "minimum distance of a reported edge from the first and the last measured column");
-  map.Read("normalise", options.preprocess.normalise,
-           "whether a parabola is subtracted from each profile");
-  map.Read("min_columns", options.preprocess.min_columns, 8, 65536,
-           "minimum number of points of a usable profile after the filter");
-  ReadDetectors(map.Child("detectors", "the three detectors"), options.detectors);
-  map.ReadScaled("vote_tolerance_mm", options.vote_tolerance_m, kMm, 0.01, 100.0,
-                 "maximum distance between the positions of two detectors that agree");
-  map.ReadScaled("packet_period_ms", options.packet_period_s, kMs, 1.0, 10'000.0,
-                 "time between two packets to the robot");
-  map.ReadScaled("refine_mm", options.refine_m, kMm, 0.0, 100.0,
-                 "a packet has the position of the best-fitting step within this distance of the "
-                 "decision; 0: the decision itself");
-  map.Read("confirm", options.confirm,
-           "whether a step must be confirmed by another of the last profiles");
-  map.Read("history_length", options.history.length, 1, 1000,
-           "number of earlier positions that increase the weights near them (n of eq. 3.19)");
-  map.Read("memory", options.accumulation.memory, 0.0, 0.999,
-           "method accumulated: share of the sum of weights that is kept from profile to profile");
-  ReadStep(map.Child("step", "test of a step's height: whether there is an edge"), options.step);
-  ReadStepTrack(map.Child("step_track", "method steps"), options.step_track);
-  map.Read("positive_edge", options.positive_edge,
-           "whether the edge rises with the column number; false: it falls");
-}
-
-void CheckOptions(TrackerOptions options) {
-  if (options.line.columns < kMinColumns || !(options.line.columns_per_m > 0.0)) {
-    throw std::invalid_argument(
-        "edge tracker: line.columns must be at least 32, line.columns_per_m above 0");
-  }
-  OptionCheck check("edge tracker");
-  ReadOtherKeys(check, options);
-  if (options.method == DecisionMethod::kSteps) CheckSteps(options);
 }
 
 // For a method as published, disables our own rules: a step needs no confirmation by a second
@@ -148,7 +86,6 @@ void CheckOptions(TrackerOptions options) {
 TrackerOptions WithRulesOfMethod(TrackerOptions options) {
   if (!IsAsPublished(options.method)) return options;
   options.step.rule = StepRule::kRange;
-  options.step.continued = 1.0;
   options.confirm = false;
   options.refine_m = 0.0;
   options.border_columns = 0;
@@ -244,12 +181,29 @@ void ReadTrackerOptions(YamlMap& map, TrackerOptions& options) {
       "method", options.method,
       "decision method of seam detect for the position of a profile's edge (there steps, if "
       "not given); experiments use all methods or those of decisions; the methods as published "
-      "ignore border_columns, confirm, refine_mm, step.rule and step.continued, and "
-      "voting_as_published does not test the step's height");
+      "ignore border_columns, confirm, refine_mm and step.rule, and voting_as_published does not "
+      "test the step's height");
   map.ReadScaled("columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
                  "columns per millimetre of the line; a simulated sensor's own value has priority. "
                  "All windows in columns are stated for 12 and scaled to it");
-  ReadOtherKeys(map, options);
+  ReadFilter(map.Child("filter", "geometric filter that removes isolated points"),
+             options.preprocess.filter);
+  map.Read("border_columns", options.border_columns, 0, 4096,
+           "minimum distance of a reported edge from the first and the last measured column");
+  ReadDetectors(map.Child("detectors", "the three detectors"), options.detectors);
+  map.ReadScaled("vote_tolerance_mm", options.vote_tolerance_m, kMm, 0.01, 100.0,
+                 "maximum distance between the positions of two detectors that agree");
+  map.ReadScaled("packet_period_ms", options.packet_period_s, kMs, 1.0, 10'000.0,
+                 "time between two packets to the robot");
+  map.ReadScaled("refine_mm", options.refine_m, kMm, 0.0, 100.0,
+                 "a packet has the position of the best-fitting step within this distance of the "
+                 "decision; 0: the decision itself");
+  map.Read("confirm", options.confirm,
+           "whether a step must be confirmed by another of the last profiles");
+  ReadStep(map.Child("step", "test of a step's height: whether there is an edge"), options.step);
+  ReadStepTrack(map.Child("step_track", "method steps"), options.step_track);
+  map.Read("positive_edge", options.positive_edge,
+           "whether the edge rises with the column number; false: it falls");
 }
 
 struct EdgeTracker::Impl {
@@ -310,10 +264,9 @@ struct EdgeTracker::Impl {
   }
 
   bool IsStep(double step_m, bool goes_on) const {
-    const bool fit = options.step.rule == StepRule::kFit;
-    const double first = fit ? options.step.fitted_first : 1.0;
-    const double next = fit ? options.step.fitted : options.step.continued;
-    return step_m >= (goes_on ? next : first) * options.step.min_step_m;
+    if (options.step.rule == StepRule::kRange) return step_m >= options.step.min_step_m;
+    const double share = goes_on ? options.step.fitted : options.step.fitted_first;
+    return step_m >= share * options.step.min_step_m;
   }
 
   // True if the last profiles have a step at the predicted place; kRange cannot tell.
@@ -565,7 +518,7 @@ struct EdgeTracker::Impl {
 
 EdgeTracker::EdgeTracker(const TrackerOptions& options,
                          const std::optional<Calibration>& calibration) {
-  CheckOptions(options);
+  if (options.method == DecisionMethod::kSteps) CheckSteps(options);
   impl_ = std::make_unique<Impl>(WithWindowsOfLine(WithRulesOfMethod(options)), calibration);
 }
 EdgeTracker::~EdgeTracker() = default;

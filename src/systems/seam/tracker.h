@@ -40,7 +40,7 @@ constexpr bool IsAsPublished(DecisionMethod method) {
 
 /// Options of kAccumulated.
 struct AccumulationOptions {
-  double memory = 0.8;  ///< in [0, 1)
+  double memory = 0.8;  ///< share of the sum of weights that is kept from profile to profile
   double spread_columns = 6.0;
 };
 
@@ -120,7 +120,7 @@ class EdgeTracker {
  public:
   /// @param calibration  gives x of an edge from its column and the height of the surface there;
   /// none: columns have the same width at any height.
-  /// @throws std::invalid_argument if an option is out of range.
+  /// @throws std::invalid_argument if the line has too few columns per mm for kSteps.
   explicit EdgeTracker(const TrackerOptions& options,
                        const std::optional<Calibration>& calibration = std::nullopt);
   ~EdgeTracker();

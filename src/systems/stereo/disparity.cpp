@@ -1,11 +1,8 @@
 #include "stereo/disparity.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <vector>
 
 #include "stereo/internal/open_cv.h"
@@ -20,23 +17,19 @@ constexpr float kSubpixels = 16.0F;
 // difference in exposure nor one strong edge in a window dominates.
 constexpr int kPrefilterCap = 31;
 constexpr int kHalfKept = 128;  // of 255, the mean of a mask over a shrunk pixel
-
-void CheckOptions(const MatchOptions& o, double min_px, double max_px) {
-  const auto check_odd = [](const char* name, int window, int low) {
-    if (window >= low && window % 2 == 1) return;
-    throw std::invalid_argument(
-        fmt::format("{} is {}; it must be odd and at least {}", name, window, low));
-  };
-  check_odd("block_window_px", o.block_window_px, 5);
-  check_odd("semi_global_window_px", o.semi_global_window_px, 1);
-  if (o.shrink < 1)
-    throw std::invalid_argument(fmt::format("shrink is {}; it must be at least 1", o.shrink));
-  if (!(min_px >= 0.0 && max_px > min_px)) {
-    throw std::invalid_argument(
-        fmt::format("disparities from {:.1f} to {:.1f} px: they must be ascending, from at least 0",
-                    min_px, max_px));
-  }
-}
+// Costs of a disparity step of one and of a larger one in semi-global matching, in grey levels per
+// pixel of the window. Larger: smoother, but steps are lost.
+constexpr int kSmallStepCost = 8;
+constexpr int kLargeStepCost = 32;
+// Minimum texture of a block: the sum of its slopes, limited to the prefilter's 31.
+constexpr int kMinTexture = 10;
+constexpr int kPatchStep_px = 1;
+// Surrounding pixels whose disparity must agree: up to this far away, with this maximum difference
+// of each colour channel.
+constexpr int kConsensusReach_px = 24;
+constexpr int kConsensusLevels = 20;
+// Minimum grey level difference of neighbors at an edge: above the noise of a shrunk picture.
+constexpr double kEdgeLevels = 5.0;
 
 // Adds a margin for windows at the border, and on the left for the right picture's columns.
 cv::Rect Widened(const cv::Rect& kept, int margin, int max_px, const Mask& mask) {
@@ -60,21 +53,18 @@ cv::Mat SixteenthsOf(const cv::Mat& left, const cv::Mat& right, int min_px, int 
     const auto matcher = cv::StereoBM::create(disparities, o.block_window_px);
     matcher->setMinDisparity(min_px);
     matcher->setPreFilterCap(kPrefilterCap);
-    matcher->setTextureThreshold(o.min_texture);
+    matcher->setTextureThreshold(kMinTexture);
     matcher->setUniquenessRatio(o.uniqueness_percent);
     matcher->setDisp12MaxDiff(o.max_left_right_px);
     matcher->compute(left, right, sixteenths);
     return sixteenths;
   }
-  // This matcher takes defaults of its own for a difference or a cost of 0 or less.
+  // This matcher takes a default of its own for a difference of 0 or less.
   const int window = o.semi_global_window_px;
-  const double area = static_cast<double>(window) * window;
-  const auto cost = [&](double per_pixel) {
-    return std::max(1, static_cast<int>(std::lround(per_pixel * area)));
-  };
+  const int area = window * window;
   const int difference = o.max_left_right_px < 0 ? disparities : std::max(1, o.max_left_right_px);
-  const auto matcher = cv::StereoSGBM::create(min_px, disparities, window, cost(o.small_step_cost),
-                                              cost(o.large_step_cost), difference, kPrefilterCap,
+  const auto matcher = cv::StereoSGBM::create(min_px, disparities, window, kSmallStepCost * area,
+                                              kLargeStepCost * area, difference, kPrefilterCap,
                                               o.uniqueness_percent, /*speckleWindowSize=*/0,
                                               /*speckleRange=*/0, cv::StereoSGBM::MODE_HH);
   matcher->compute(left, right, sixteenths);
@@ -82,12 +72,12 @@ cv::Mat SixteenthsOf(const cv::Mat& left, const cv::Mat& right, int min_px, int 
 }
 
 // Pixels where the grey value changes along the row, as needed for a match.
-cv::Mat Edges(const cv::Mat& picture, double levels) {
+cv::Mat Edges(const cv::Mat& picture) {
   constexpr double kSobelGain = 8.0;  // for a slope of one level per pixel
   cv::Mat grey, slope;
   cv::cvtColor(picture, grey, cv::COLOR_RGB2GRAY);
   cv::Sobel(grey, slope, CV_16S, 1, 0);
-  return cv::abs(slope) > kSobelGain * levels;
+  return cv::abs(slope) > kSobelGain * kEdgeLevels;
 }
 
 /// The patch around a pixel in which disparities of neighbors differ by at most `step`; marks its
@@ -113,7 +103,7 @@ std::vector<cv::Point> PatchFrom(const cv::Point& first, const cv::Mat& sixteent
 
 // Removes patches of disparities that are too small or have too few edges.
 void FilterPatches(const cv::Mat& edges, int none, const MatchOptions& o, cv::Mat& sixteenths) {
-  const int step = o.patch_step_px * static_cast<int>(kSubpixels);
+  const int step = kPatchStep_px * static_cast<int>(kSubpixels);
   cv::Mat visited = sixteenths <= none;
   for (int y = 0; y < sixteenths.rows; ++y) {
     for (int x = 0; x < sixteenths.cols; ++x) {
@@ -136,12 +126,11 @@ void FilterPatches(const cv::Mat& edges, int none, const MatchOptions& o, cv::Ma
 void KeepConsensus(const cv::Mat& colours, int none, const MatchOptions& o, cv::Mat& sixteenths) {
   constexpr int kCostSteps = 4;           // to either side
   constexpr double kMaxSlope = 1.0 / 16;  // of a disparity along a surface: more is hardly seen
-  const int stride = std::max(1, o.consensus_reach_px / kCostSteps);
-  const double tolerance = kSubpixels * (1.0 + kMaxSlope * o.consensus_reach_px);
-  const auto like = [&](const cv::Vec3b& a, const cv::Vec3b& b) {
-    return std::abs(a[0] - b[0]) <= o.consensus_levels &&
-           std::abs(a[1] - b[1]) <= o.consensus_levels &&
-           std::abs(a[2] - b[2]) <= o.consensus_levels;
+  const int stride = kConsensusReach_px / kCostSteps;
+  const double tolerance = kSubpixels * (1.0 + kMaxSlope * kConsensusReach_px);
+  const auto like = [](const cv::Vec3b& a, const cv::Vec3b& b) {
+    return std::abs(a[0] - b[0]) <= kConsensusLevels && std::abs(a[1] - b[1]) <= kConsensusLevels &&
+           std::abs(a[2] - b[2]) <= kConsensusLevels;
   };
   const cv::Mat before = sixteenths.clone();
   for (int y = 0; y < before.rows; ++y) {
@@ -172,13 +161,6 @@ void KeepConsensus(const cv::Mat& colours, int none, const MatchOptions& o, cv::
 Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask& left_mask,
                 const image::Image& whole_left, double min_px, double max_px,
                 const MatchOptions& options) {
-  CheckOptions(options, min_px, max_px);
-  const auto differs = [&](const auto& picture) {
-    return picture.width != left.width || picture.height != left.height;
-  };
-  if (differs(right) || differs(left_mask) || differs(whole_left)) {
-    throw std::invalid_argument("pictures and mask must have the same size");
-  }
   Disparity result{left.width, left.height, {}};
   result.grey.assign(left.grey.size(), std::numeric_limits<float>::quiet_NaN());
   const cv::Rect kept = cv::boundingRect(internal::View(left_mask));
@@ -202,7 +184,7 @@ Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask&
   sixteenths.setTo(none, small(internal::View(left_mask)) < kHalfKept);
   const cv::Mat colours = small(internal::View(whole_left));
   if (options.consensus_share > 0.0) KeepConsensus(colours, none, options, sixteenths);
-  FilterPatches(Edges(colours, options.edge_levels), none, options, sixteenths);
+  FilterPatches(Edges(colours), none, options, sixteenths);
   const float pixels = static_cast<float>(options.shrink) / kSubpixels;
   // Pixels beyond the last whole square have no disparity.
   const int height = sixteenths.rows * options.shrink, width = sixteenths.cols * options.shrink;

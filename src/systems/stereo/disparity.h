@@ -27,25 +27,15 @@ struct MatchOptions {
   /// pictures of the scene (docs/results.md); semi-global matching also has its neighbors.
   int block_window_px = 15;
   int semi_global_window_px = 5;
-  /// Larger: smoother, but steps are lost.
-  double small_step_cost = 8.0;
-  double large_step_cost = 32.0;
-  /// Lower values: fewer holes, but wrong matches in them. Texture is the sum of slopes, limited to
-  /// the prefilter's 31.
-  int uniqueness_percent = 25;
-  int min_texture = 10;
+  int uniqueness_percent = 25;  ///< lower: fewer holes, but wrong matches in them
   int max_left_right_px = 1;
   int min_patch_px = 100;
-  int patch_step_px = 1;
   /// Relative to a patch's width (the square root of its number of pixels). A wall without texture
   /// that is matched by its noise has no edges; a white cup has its outline.
   double min_edges = 1.0;
   /// A plain wall or rail next to an object takes on the object's disparity, but only near it.
   /// Larger: fewer of these fringes, but holes in surfaces that are partly matched.
   double consensus_share = 0.4;
-  int consensus_levels = 20;
-  int consensus_reach_px = 24;
-  double edge_levels = 5.0;  ///< above the noise of a shrunk picture
 };
 
 /// Disparities [px] of the left picture's pixels: left column minus right column; NaN where there
@@ -62,7 +52,6 @@ using Mask = image::Grey8;
 /// @param min_px, max_px  the range of the disparities, 0 <= min < max; all of it is searched.
 /// @param whole_left  the left picture before pixels were removed, so that borders of removed areas
 /// are not edges.
-/// @throws std::invalid_argument if an option is out of range or sizes differ.
 Disparity Match(const image::Grey8& left, const image::Grey8& right, const Mask& left_mask,
                 const image::Image& whole_left, double min_px, double max_px,
                 const MatchOptions& options);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 
 #include "base/error.h"
@@ -34,52 +33,34 @@ void ReadMatch(base::YamlMap& map, MatchOptions& o) {
              "block: side of the matching window, odd");
   ReadWindow(map, "semi_global_window_px", o.semi_global_window_px, 1, 15,
              "semi_global: side of the matching window, odd");
-  map.Read("small_step_cost", o.small_step_cost, 0.0, 1000.0,
-           "semi_global: cost of a disparity step of one, in grey levels per pixel");
-  map.Read("large_step_cost", o.large_step_cost, 0.0, 1000.0,
-           "semi_global: cost of a larger disparity step, in grey levels per pixel");
   map.Read("uniqueness_percent", o.uniqueness_percent, 0, 100,
            "minimum relative difference between the best and the second best match");
-  map.Read("min_texture", o.min_texture, 0, 100000,
-           "block: minimum texture of a window, the sum of its slopes");
   map.Read("max_left_right_px", o.max_left_right_px, -1, 100,
            "maximum difference between left-to-right and right-to-left matches; -1: not checked; "
            "semi_global takes 0 for 1");
   map.Read("min_patch_px", o.min_patch_px, 0, 1000000, "minimum size of a patch of matches");
-  map.Read("patch_step_px", o.patch_step_px, 0, 100, "maximum disparity step inside a patch");
   map.Read("consensus_share", o.consensus_share, 0.0, 1.0,
            "minimum share of the surrounding pixels of similar colour that have the same "
            "disparity; 0: not checked");
-  map.Read("consensus_levels", o.consensus_levels, 1, 255,
-           "maximum difference of each channel for a similar colour");
-  map.Read("consensus_reach_px", o.consensus_reach_px, 1, 1000,
-           "maximum distance of these surrounding pixels");
   map.Read("min_edges", o.min_edges, 0.0, 100.0,
            "minimum number of edge pixels of a patch, relative to its width; 0: not checked");
-  map.Read("edge_levels", o.edge_levels, 0.0, 255.0,
-           "minimum grey level difference between neighboring pixels at an edge");
-  if (o.small_step_cost >= o.large_step_cost) {
-    map.Fail(map.Has("small_step_cost") ? "small_step_cost" : "large_step_cost",
-             "small_step_cost must be below large_step_cost");
-  }
 }
 
 constexpr double kNoDepth = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNoiseDeviations = 3.0;
 
-void CheckOptions(const ReconstructOptions& o) {
-  if (o.step_px < 1)
-    throw std::invalid_argument(fmt::format("step_px is {}; it must be at least 1", o.step_px));
-  if (!(o.near_m > 0.0 && o.far_m > o.near_m)) {
-    throw std::invalid_argument(fmt::format(
-        "depths from {} to {} m: both must be above 0, in ascending order", o.near_m, o.far_m));
-  }
-  if (o.blue_window_px < 1 || o.blue_window_px % 2 == 0) {
-    throw std::invalid_argument(
-        fmt::format("blue_window_px is {}; it must be odd", o.blue_window_px));
-  }
-}
+/// Minimum relative difference of blue to red and green in a blue pixel: more than the effect of
+/// noise in a grey one. Larger: shadows on the table remain; smaller: grey objects are removed.
+constexpr double kBlueShare = 0.15;
+/// The same, absolute [of 255]: in nearly black pixels, noise alone gives large shares.
+constexpr int kBlueLevels = 12;
+/// Side of the window whose majority decides whether a pixel is blue.
+constexpr int kBlueWindow_px = 5;
+/// A sample is the mean of the disparities near their median. Minimum share of its pixels that
+/// agree; larger: fewer samples that mix two surfaces.
+constexpr double kMinShare = 0.5;
+constexpr double kMaxSpread_px = 1.0;
 
 /// Brightness of the kept pixels, black elsewhere.
 image::Grey8 BrightnessOf(const image::Image& picture, const Mask& kept) {
@@ -92,7 +73,7 @@ image::Grey8 BrightnessOf(const image::Image& picture, const Mask& kept) {
 
 Mask KeptPixels(const image::Image& picture, const ReconstructOptions& options) {
   if (!options.remove_blue) return WithoutBlue(picture, 1.0, 255, 1);  // nothing is that blue
-  return WithoutBlue(picture, options.blue_share, options.blue_levels, options.blue_window_px);
+  return WithoutBlue(picture, kBlueShare, kBlueLevels, kBlueWindow_px);
 }
 
 /// A range of depths [m] or disparities [px]; without values if high is not above low.
@@ -269,7 +250,7 @@ class Sampler {
          cv::Mat_<float>(internal::View(r_.disparity)(grid_.PixelsOf(column, row)))) {
       if (!std::isnan(d)) values.push_back(d);
     }
-    const auto value = CommonValue(values, min_count_, o_.max_spread_px);
+    const auto value = CommonValue(values, min_count_, kMaxSpread_px);
     if (value && (*value < search.low || *value > search.high)) return std::nullopt;
     return value;
   }
@@ -293,7 +274,7 @@ class Sampler {
   const ReconstructOptions& o_;
   Reconstruction& r_;
   const int min_count_ =
-      static_cast<int>(std::max(1.0, std::ceil(o_.min_share* o_.step_px* o_.step_px)));
+      static_cast<int>(std::max(1.0, std::ceil(kMinShare* o_.step_px* o_.step_px)));
   cv::Mat table_;
 };
 
@@ -316,7 +297,6 @@ Mask WithoutBlue(const image::Image& picture, double blue_share, int blue_levels
 
 Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
                            const Rectifier& rectifier, const ReconstructOptions& options) {
-  CheckOptions(options);
   const internal::SingleThread single;
   Reconstruction result;
   result.rectified = rectifier.Apply(left, right);
@@ -341,19 +321,7 @@ void ReadReconstructOptions(base::YamlMap& map, ReconstructOptions& o) {
   ReadMatch(map, o.match);
   map.Read("remove_blue", o.remove_blue,
            "remove blue pixels before matching: they belong to the table");
-  map.Read("blue_share", o.blue_share, 0.0, 1.0,
-           "minimum relative difference of blue to red and green in a blue pixel");
-  map.Read("blue_levels", o.blue_levels, 0, 255,
-           "minimum absolute difference of blue to red and green, in levels of 255");
-  ReadWindow(map, "blue_window_px", o.blue_window_px, 1, 255,
-             "side of the window whose majority decides whether a pixel is blue");
   map.Read("step_px", o.step_px, 1, 64, "distance in pixels between samples in both directions");
-  map.Read("min_share", o.min_share, 0.0, 1.0,
-           "minimum share of a sample's pixels that agree in disparity");
-  map.Read("max_spread_px", o.max_spread_px, 0.0, 100.0,
-           "maximum difference between disparities that agree");
-  map.Read("min_table_px", o.min_table_px, 0, 1000000,
-           "minimum size of a blue patch that is the table; smaller ones are print on objects");
   map.ReadScaled("height_mm", o.volume_height_m, kMm, 10.0, 1e4,
                  "maximum height above the workspace for reconstruction");
   map.ReadScaled("near_mm", o.near_m, kMm, 10.0, 1e5, "minimum depth");

@@ -24,18 +24,9 @@ struct Volume {
 /// The keys in reconstruct.cpp describe each option.
 struct ReconstructOptions {
   bool remove_blue = true;  ///< section 5.3.2; also removes blue print on objects
-  /// More than the effect of noise in a grey pixel. Larger: shadows on the table remain; smaller:
-  /// grey objects are removed.
-  double blue_share = 0.15;
-  int blue_levels = 12;  ///< in nearly black pixels, noise alone gives large shares
-  int blue_window_px = 5;
   MatchOptions match;
   /// Neighbors share most of their window, so using all pixels would add hardly any information.
   int step_px = 4;
-  /// A sample is the mean of the disparities near their median. Larger share: fewer samples that
-  /// mix two surfaces.
-  double min_share = 0.5;
-  double max_spread_px = 1.0;
   /// Along the left camera's axis. Objects behind the volume are matched at their own depth; a
   /// search that ended at the volume would find a wrong, nearer match.
   double near_m = 0.4;
@@ -73,7 +64,6 @@ struct Reconstruction {
 /// Section 5.3.2 from two pictures to a cloud: rectification, removal of blue pixels, disparities,
 /// triangulation. Depends only on the arguments; single-threaded. O(pixels * disparities).
 /// @throws base::InputError if the pictures' size is not the calibrated camera's.
-/// @throws std::invalid_argument if an option is out of range.
 Reconstruction Reconstruct(const image::Image& left, const image::Image& right,
                            const Rectifier& rectifier, const ReconstructOptions& options);
 

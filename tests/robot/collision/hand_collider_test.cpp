@@ -179,12 +179,5 @@ TEST(HandCollider, StandsOverATiltedPlaneAtTheAnalyticHeight) {
   EXPECT_FALSE(hits(0.004));
 }
 
-TEST(HandCollider, RefusesAHandWhoseStatesDiffer) {
-  robot::HandModel hand = SensorHand(2);
-  hand.states[1].shapes.pop_back();
-  EXPECT_THROW(HandCollider(hand, {}, {}, {}, {}), std::invalid_argument);
-  EXPECT_THROW(HandCollider(robot::HandModel(), {}, {}, {}, {}), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace rangegrasp::collision

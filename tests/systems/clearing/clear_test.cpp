@@ -84,14 +84,6 @@ TEST(ClearTable, TwoObjectsApartAreClearedWithTwoGrasps) {
   EXPECT_EQ(ResultOf(cleared, "").outcome, kCleared);
 }
 
-TEST(ClearTable, WithoutARescanTheTakenObjectIsLeftOutOfTheLastScan) {
-  auto world = TwoObjects();
-  const Clearing cleared = Clear(world, {.rescan = Rescan::kAfterFailure});
-  EXPECT_EQ(cleared.Count(Fate::kDelivered), 2);
-  EXPECT_EQ(cleared.Grasps(), 2);
-  EXPECT_EQ(cleared.scans, 2);  // an old scan does not show that the table is empty
-}
-
 TEST(ClearTable, AHandThatClosesOnNothingIsFeltAndTriesThreeTimes) {
   auto world = Placed({"salt_cuboid"}, {{0.0, 0.0}});
   // Half an opening above the object.
@@ -223,15 +215,12 @@ TEST(TriedObjects, AnObjectIsPassedOverForGoodAfterItsTries) {
   EXPECT_TRUE(tried.TurnOf(Range(80, 100)));  // its neighbor
 }
 
-TEST(TriedObjects, WhatHasFailedComesAfterTheOthersOrAtOnce) {
-  ClearingOptions options;
+TEST(TriedObjects, WhatHasFailedComesAfterTheOthers) {
+  const ClearingOptions options;
   TriedObjects tried(options);
   tried.Failed(Range(0, 100), At(0.0));
-  options.retry = Retry::kAfterOthers;
   EXPECT_EQ(tried.TurnOf(Range(0, 100)), 1);
   EXPECT_EQ(tried.TurnOf(Range(200, 100)), 0);
-  options.retry = Retry::kAtOnce;
-  EXPECT_EQ(tried.TurnOf(Range(0, 100)), 0);
   tried.PassOver(Range(0, 100), Passed::kNoGrasp);
   EXPECT_EQ(tried.TurnOf(Range(0, 100)), std::nullopt);
 }
@@ -257,7 +246,7 @@ TEST(TriedObjects, WhatIsSeenInThePlaceOfATakenObjectIsNew) {
 }
 
 TEST(TriedObjects, GraspsLikeOneThatHasFailedComeLast) {
-  const ClearingOptions options{.other_grasp_m = 0.010};
+  const ClearingOptions options;
   TriedObjects tried(options);
   tried.Failed(Range(0, 100), At(0.0));
   grasp::Detection detection;

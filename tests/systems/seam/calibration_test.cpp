@@ -146,8 +146,8 @@ TEST(Calibration, RowsThatWereNotSeenHaveNoHeight) {
 TEST(Calibration, PoorTablesAreRefused) {
   const LookUp table = Table({});
   const auto refusal = [&](const std::vector<HeightSample>& heights,
-                           const std::vector<LateralSample>& laterals, int columns = kColumns) {
-    return MessageOf([&] { FitCalibration(heights, laterals, columns); });
+                           const std::vector<LateralSample>& laterals) {
+    return MessageOf([&] { FitCalibration(heights, laterals, kColumns); });
   };
   EXPECT_EQ(refusal(table.heights, table.laterals), "");
   auto few = table.heights;
@@ -164,10 +164,6 @@ TEST(Calibration, PoorTablesAreRefused) {
   auto backwards = table.laterals;
   for (auto& sample : backwards) sample.x_m = -sample.x_m;
   EXPECT_THAT(refusal(table.heights, backwards), HasSubstr("do not increase"));
-  auto broken = table.heights;
-  broken[3].row_px = std::nan("");
-  EXPECT_THAT(refusal(broken, table.laterals), HasSubstr("finite"));
-  EXPECT_THAT(refusal(table.heights, table.laterals, 8), HasSubstr("32"));
 }
 
 // Each camera ray hits the highest level that the body has at that place.
@@ -313,13 +309,11 @@ TEST(CalibrationBody, AScanWithoutTheBodyIsNamed) {
   expect_refused(stretched);
 }
 
-TEST(CalibrationBody, NoScansAndNoStepsAreRefused) {
-  const auto refusal = [](const CalibrationBody& body, const std::vector<CalibrationScan>& scans) {
-    return MessageOf([&] { CalibrateFromBody(body, scans); });
-  };
-  EXPECT_THAT(refusal({}, {}), HasSubstr("no scans"));
-  EXPECT_THAT(refusal({{0.0, 0.0}, 0.008}, ScanBodies({}, {})), HasSubstr("step"));
-  EXPECT_THAT(refusal({{0.002}, 0.0}, ScanBodies({}, {})), HasSubstr("width"));
+TEST(CalibrationBody, NoStepsAreRefused) {
+  EXPECT_THAT(MessageOf([] {
+                CalibrateFromBody({{0.0, 0.0}, 0.008}, ScanBodies({}, {}));
+              }),
+              HasSubstr("step"));
 }
 
 TEST(Calibrate, TurnsRowsIntoHeights) {

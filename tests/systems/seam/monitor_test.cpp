@@ -478,14 +478,5 @@ TEST(SurfaceMonitor, AnOutageIsToldAsLongAsItLasts) {
   EXPECT_FALSE(Update(monitor, WithBlock(0, 0)));
 }
 
-TEST(SurfaceMonitor, RefusesOptionsOutOfRange) {
-  MonitorOptions options;
-  options.window = 5;
-  EXPECT_THROW(SurfaceMonitor({}, options), std::invalid_argument);
-  options = {};
-  options.obstacle_width_m = 0.0;
-  EXPECT_THROW(SurfaceMonitor({}, options), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace rangegrasp::seam

@@ -282,13 +282,6 @@ TEST(Prepare, FlattensACurveAndKeepsItsStep) {
   EXPECT_LT(*high - *low, 1e-3);
 }
 
-TEST(Prepare, WithoutNormalisationHeightsAreThoseMeasured) {
-  const Profile profile{Parabola(300, {1e-2, 1e-3, 5e-4}), 0.0};
-  PreprocessOptions options = Options();
-  options.normalise = false;
-  EXPECT_TRUE(SameBits(Prepare(profile, options).height_m, profile.height_m));
-}
-
 TEST(Prepare, TooFewPointsAreUnusable) {
   PreprocessOptions options = Options();
   options.min_columns = 100;

@@ -113,7 +113,6 @@ TrackerOptions WithoutOwnRules(DecisionMethod method) {
   options.refine_m = 0.0;
   options.border_columns = 0;
   options.step.rule = StepRule::kRange;
-  options.step.continued = 1.0;
   options.line_prediction.max_slope_columns_per_s = std::numeric_limits<double>::infinity();
   // No height is demanded of a vote; this is the lowest that the key takes.
   if (method == DecisionMethod::kVoting) options.step.min_step_m = 1e-6;
@@ -693,19 +692,19 @@ TEST(TrackerOptionsFile, ReadsEveryKeyAndNamesABadOne) {
                                  "columns_per_mm: 18\n"
                                  "filter:\n  half_height_mm: 0.3\n"
                                  "step:\n  min_step_mm: 0.5\n"
-                                 "history_length: 7\n");
+                                 "border_columns: 7\n");
   const auto options = OptionsIn(file);
   EXPECT_EQ(options.method, DecisionMethod::kWeights);
   EXPECT_DOUBLE_EQ(options.line.columns_per_m, 18'000.0);
   EXPECT_DOUBLE_EQ(options.preprocess.filter.half_height_m, 0.3e-3);
   EXPECT_DOUBLE_EQ(options.step.min_step_m, 0.5e-3);
-  EXPECT_EQ(options.history.length, 7);
+  EXPECT_EQ(options.border_columns, 7);
   for (const auto& [text, says] : std::vector<std::pair<std::string, std::string>>{
            {"methud: weights\n", "methud"},
            {"method: magic\n", "method"},
            {"step:\n  min_step_mm: -1\n", "min_step_mm"},
-           {"memory: 1\n", "memory"},
-           {"history_length: many\n", "history_length"}}) {
+           {"refine_mm: 101\n", "refine_mm"},
+           {"border_columns: many\n", "border_columns"}}) {
     folder.Write("t.yaml", text);
     EXPECT_THAT(ErrorOf([&] { OptionsIn(file); }),
                 testing::AllOf(HasSubstr(file.string() + ":"), HasSubstr(says)))
@@ -713,22 +712,10 @@ TEST(TrackerOptionsFile, ReadsEveryKeyAndNamesABadOne) {
   }
 }
 
-TEST(EdgeTracker, RefusesOptionsOutOfRange) {
-  const auto refused = [](auto change) {
-    TrackerOptions options;
-    change(options);
-    EXPECT_THROW(EdgeTracker{options}, std::invalid_argument);
-  };
-  refused([](TrackerOptions& o) { o.line.columns = 10; });
-  refused([](TrackerOptions& o) { o.vote_tolerance_m = 0.0; });
-  refused([](TrackerOptions& o) {
-    o.method = DecisionMethod::kSteps;
-    o.line.columns_per_m = 1000.0;  // the narrowest window would have three columns per side
-  });
-  refused([](TrackerOptions& o) { o.packet_period_s = -1.0; });
-  refused([](TrackerOptions& o) { o.history.length = 0; });
-  refused([](TrackerOptions& o) { o.accumulation.memory = 1.0; });
-  refused([](TrackerOptions& o) { o.step.min_step_m = std::nan(""); });
+TEST(EdgeTracker, RefusesALineThatIsTooCoarseForTrackedSteps) {
+  TrackerOptions options = With(DecisionMethod::kSteps);
+  options.line.columns_per_m = 1000.0;  // the narrowest window would have three columns per side
+  EXPECT_THROW(EdgeTracker{options}, std::invalid_argument);
 }
 
 }  // namespace

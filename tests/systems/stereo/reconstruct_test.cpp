@@ -212,18 +212,6 @@ TEST(WithoutBlue, RemovesBlueInLightAndShadowAndKeepsGreyAndBlackOut) {
   EXPECT_EQ(mask.grey, (std::vector<std::uint8_t>{0, 0, 255, 255, 255, 0}));
 }
 
-TEST(Reconstruct, RefusesOptionsThatAreOutOfRange) {
-  const auto refused = [](auto change) {
-    ReconstructOptions options = SmallCamera(MatchMethod::kBlock);
-    change(options);
-    EXPECT_THROW(Made(options), std::invalid_argument);
-  };
-  refused([](ReconstructOptions& o) { o.step_px = 0; });
-  refused([](ReconstructOptions& o) { o.near_m = 0.0; });
-  refused([](ReconstructOptions& o) { o.far_m = o.near_m; });
-  refused([](ReconstructOptions& o) { o.blue_window_px = 4; });
-}
-
 TEST(Reconstruct, MakesNoPointOutsideOfTheVolume) {
   ReconstructOptions options = SmallCamera(MatchMethod::kSemiGlobal);
   const auto made_points = [&] {
@@ -371,19 +359,6 @@ TEST(Match, NoiseAloneIsNoTexture) {
   options.consensus_share = 0.0;
   options.min_patch_px = 0;
   EXPECT_GT(matched(), 1000);
-}
-
-TEST(Match, RefusesOptionsThatAreOutOfRange) {
-  const image::Grey8 grey{64, 64, std::vector<std::uint8_t>(64 * 64, 100)};
-  const image::Image whole{64, 64, std::vector<std::uint8_t>(3 * 64 * 64, 100)};
-  const Mask all{64, 64, std::vector<std::uint8_t>(64 * 64, 255)};
-  MatchOptions options;
-  options.block_window_px = 20;
-  EXPECT_THROW(Match(grey, grey, all, whole, 1.0, 17.0, options), std::invalid_argument);
-  options = {};
-  EXPECT_THROW(Match(grey, grey, all, whole, 17.0, 1.0, options), std::invalid_argument);
-  const Mask small{32, 64, std::vector<std::uint8_t>(32 * 64, 255)};
-  EXPECT_THROW(Match(grey, grey, small, whole, 1.0, 17.0, options), std::invalid_argument);
 }
 
 }  // namespace

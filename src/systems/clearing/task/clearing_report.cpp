@@ -69,8 +69,6 @@ struct Category {
   int felt_wrong = 0;  // grasps for which the hand's aperture and the target's delivery disagree
   std::vector<experiment::Count> clusters;
   std::vector<double> robot_s;  // of each run: simulated time and motions home
-  /// For each stage, the mean time per scan, attempt, ... of each run
-  std::map<std::string, std::vector<double>> stage_s;
   std::map<std::string, OfObject> by_object;
   Counts outcomes, left, grasp_outcomes;
 };
@@ -89,18 +87,6 @@ void AddEnd(const nlohmann::json& end, Category& category) {
   const std::string why = fate + ": " + end.at("why").get<std::string>();
   ++object.why[why];
   ++category.left[why];
-}
-
-// Adds a record's times. Leaves out steps within a stage.
-void AddTimes(const Record& record, int scans, int grasps, int attempts, Category& category) {
-  for (const auto& [stage, seconds] : record.result.seconds) {
-    if (stage.find(':') != std::string::npos) continue;
-    const int parts = stage == "arrange" || stage == "clearing" ? 1
-                      : stage == "scan"                         ? scans
-                      : stage == "execute"                      ? grasps
-                                                                : attempts;
-    if (parts > 0) category.stage_s[stage].push_back(seconds / parts);
-  }
 }
 
 // Adds a record. A run without data (crashed, timed out) counts as one that delivered no object.
@@ -132,8 +118,6 @@ void Add(const Record& record, Category& category) {
     ++category.grasp_outcomes[outcome];
     category.felt_wrong += attempt.at("felt").get<bool>() != (outcome == "delivered") ? 1 : 0;
   }
-  AddTimes(record, number("scans"), number("grasps"), static_cast<int>(data.at("attempts").size()),
-           category);
 }
 
 // The categories in the order of first occurrence.
@@ -185,18 +169,6 @@ Grid ObjectGrid(const Stamp& stamp, const Category& category) {
       {"otherwise", "", [](const OfObject& o) { return experiment::CountsText(o.why); },
        experiment::kLeft}};
   return experiment::GridOf(columns, std::views::values(category.by_object));
-}
-
-std::string TimesLine(const Category& category) {
-  std::string line =
-      category.name + ": computing time per stage in seconds (median of the mean of each run):";
-  for (const char* stage :
-       {"scan", "perceive", "grasp", "obstacles", "plan", "execute", "arrange", "clearing"}) {
-    const auto found = category.stage_s.find(stage);
-    if (found == category.stage_s.end()) continue;
-    line += fmt::format(" {} {:.3f}", stage, base::MedianOf(found->second));
-  }
-  return line;
 }
 
 std::string RobotLine(const Category& c) {
@@ -297,7 +269,6 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   json["arrangements"] = ordered_json::array();
   for (const Category& c : categories) {
     report.notes.push_back(RobotLine(c));
-    report.notes.push_back(TimesLine(c));
     json["arrangements"].push_back(JsonOf(c));
   }
   json["stage_seconds"] = trial::JsonOf(experiment::StageTimes(records));

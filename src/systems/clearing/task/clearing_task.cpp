@@ -23,24 +23,12 @@ using experiment::Stamp;
 void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
   map.Read("runs", o.runs, 1, 100000, "number of arrangements to clear");
   auto keys = map.Child("clearing", "rules from one grasp to the next");
-  keys.Read("rescan", o.rescan,
-            "new scan after each grasp, or only after a failed one: then the removed object is "
-            "deleted from the last scan");
-  keys.Read(
-      "retry", o.retry,
-      "try an object again immediately after a failure, or after the objects with fewer failures");
   keys.Read("tries_per_object", o.tries_per_object, 1, 20,
             "number of failed grasps of an object before it is skipped");
   keys.Read("max_grasps", o.max_grasps, 0, 10000,
             "maximum number of grasps of a run; 0: tries_per_object for each object");
   keys.Read("idle_scans", o.idle_scans, 0, 20,
             "number of new scans without a possible grasp before the run is given up");
-  keys.Read("same_object_share", o.same_object_share, 0.0, 1.0,
-            "minimum share of common samples of two scans' objects that count as the same");
-  keys.ReadScaled("other_grasp_mm", o.other_grasp_m, base::kMm, 0.0, 1000.0,
-                  "minimum distance from a failed grasp to count as a different grasp");
-  keys.ReadScaled("other_grasp_deg", o.other_grasp_rad, base::kDeg, 0.0, 180.0,
-                  "minimum rotation from a failed grasp to count as a different grasp");
   keys.Finish();
 }
 

@@ -74,7 +74,6 @@ ordered_json Json(const FoundCylinder& found) {
           {"lies", found.lies},
           {"found_by", found.from_rim ? "rim" : "barrel"},
           {"rim_share", found.rim_share},
-          {"rim_points", found.rim.size()},
           {"barrel_points", found.barrel.size()},
           {"length_seen_m", found.length_seen_m},
           {"rays_on", found.view.on},

@@ -47,7 +47,7 @@ CylinderView GridOfRays(const CylinderShape& shape, const Eigen::Vector3d& eye, 
   const auto last = static_cast<int>(std::ceil(half / pitch));
   const Cylinder cylinder{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX(), shape.radius_m,
                           shape.height_m};
-  CylinderView view{.points = {}, .lines = {}, .eye = eye};
+  CylinderView view{.points = {}, .eye = eye};
   for (int column = -last; column <= last; ++column) {
     for (int row = -last; row <= last; ++row) {
       const Eigen::Vector3d ray =
@@ -57,7 +57,6 @@ CylinderView GridOfRays(const CylinderShape& shape, const Eigen::Vector3d& eye, 
       if (!entry) continue;
       const double noise = noise_m * rng.Normal();
       view.points.push_back(eye + (entry->share + noise) * ray);
-      view.lines.push_back(static_cast<std::uint32_t>(column + last));
     }
   }
   return view;
@@ -71,7 +70,6 @@ Eigen::Vector3d Viewpoint::Eye() const {
 
 CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, int points,
                            double noise_m, base::Rng& rng) {
-  if (points < 3) throw base::InputError("a synthetic cylinder needs three points or more");
   return ScanUntilEnough(shape, view, points, 12,
                          "no grid of rays gives this number of points of the synthetic cylinder",
                          rng,
@@ -87,11 +85,9 @@ void KeepEvenly(int wanted, CylinderView& view) {
   for (std::int64_t i = 0; i < have; ++i) {
     if ((i + 1) * wanted / have == i * wanted / have) continue;
     view.points[kept] = view.points[static_cast<std::size_t>(i)];
-    view.lines[kept] = view.lines[static_cast<std::size_t>(i)];
     ++kept;
   }
   view.points.resize(kept);
-  view.lines.resize(kept);
 }
 
 namespace {
@@ -151,14 +147,9 @@ base::Pose LookAtMiddle(const Eigen::Vector3d& eye, const Eigen::Vector2d& turn_
 }
 
 CylinderView AboveTable(const sensing::Scan& scan, double limit_x, const Eigen::Vector3d& eye) {
-  CylinderView view{.points = {}, .lines = {}, .eye = eye};
-  const geometry::RangeImage& image = scan.view.image;
-  const auto samples = static_cast<std::uint32_t>(image.samples);
-  for (std::uint32_t i = 0; i < image.points_C.size(); ++i) {
-    const Eigen::Vector3d& p = image.points_C[i];
-    if (!p.allFinite() || p.x() <= limit_x) continue;
-    view.points.push_back(p);
-    view.lines.push_back(i / samples);
+  CylinderView view{.points = {}, .eye = eye};
+  for (const Eigen::Vector3d& p : scan.view.image.points_C) {
+    if (p.allFinite() && p.x() > limit_x) view.points.push_back(p);
   }
   return view;
 }

@@ -23,8 +23,7 @@ struct Viewpoint {
 
 /// The measured points of one cylinder, in the cylinder's frame.
 struct CylinderView {
-  geometry::Points points;           ///< [m], in the order of the scan
-  std::vector<std::uint32_t> lines;  ///< scan line of each point
+  geometry::Points points;  ///< [m], in the order of the scan
   Eigen::Vector3d eye = Eigen::Vector3d::Zero();
 
   FitInput Input() const { return {points, eye, Eigen::Vector3d::UnitX()}; }
@@ -34,7 +33,6 @@ struct CylinderView {
 /// phase, spaced so that they give the requested number of points (the few excess points are
 /// removed evenly). Each point is moved along its ray by normally distributed noise. Scan lines run
 /// up and down.
-/// @throws base::InputError for fewer than three points.
 CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, int points,
                            double noise_m, base::Rng& rng);
 

@@ -21,9 +21,6 @@ using experiment::kLeft;
 using experiment::MeanOf;
 using experiment::Record;
 
-/// A fit within these errors is accurate enough to grasp the cylinder (docs/cylinders.md).
-constexpr double kGoodRadius_mm = 0.5;
-constexpr double kGoodAxis_deg = 1.0;
 /// Number of iterations in the published tables.
 constexpr int kPublishedIterations = 100;
 
@@ -50,7 +47,6 @@ struct Key {
 struct Fits {
   std::vector<double> radius_mm, radius_error_mm, axis_error_deg, seconds, preparation;
   int failed = 0;
-  int good = 0;
 
   int All() const { return failed + static_cast<int>(radius_mm.size()); }
 };
@@ -111,8 +107,6 @@ void AddFit(const nlohmann::json& fit, const Record& record, Fits& fits) {
   fits.radius_mm.push_back(fit.at("radius_mm"));
   fits.radius_error_mm.push_back(fit.at("radius_error_mm"));
   fits.axis_error_deg.push_back(fit.at("axis_error_deg"));
-  fits.good +=
-      fits.radius_error_mm.back() <= kGoodRadius_mm && fits.axis_error_deg.back() <= kGoodAxis_deg;
 }
 
 /// A case without a result counts as a failure of each method that occurs in other results.
@@ -188,8 +182,7 @@ experiment::Grid TableOf(const Collected& all, Source source) {
       {"t [s]", ".4f", MeanIn(&T::seconds)},
       {"of it ppt [s]", ".4f", MeanIn(&T::preparation)},
       {"published", ".2f", PublishedIn(&P::time_s)},
-      {"failed", "", [](const T& t) { return fmt::format("{} of {}", t.failed, t.All()); }},
-      {"good [%]", "", [](const T& t) { return experiment::PercentText(t.good, t.All(), 1); }}};
+      {"failed", "", [](const T& t) { return fmt::format("{} of {}", t.failed, t.All()); }}};
   std::vector<T> lines;
   std::ranges::copy_if(all.lines, std::back_inserter(lines), [&](const T& line) {
     return line.source == source && line.iterations == all.iterations;
@@ -209,7 +202,6 @@ experiment::Grid MeansOf(const std::vector<TableLine>& lines) {
       {"iterations", "", &T::iterations},
       {"fits", "", &T::All},
       {"failed", "", &T::failed},
-      {"good", "", &T::good},
       {"radius_mm", ".7g", MeanIn(&T::radius_mm)},
       {"radius_se_mm", ".7g", ErrorIn(&T::radius_mm)},
       {"radius_error_mm", ".7g", MeanIn(&T::radius_error_mm)},
@@ -357,9 +349,9 @@ experiment::Report ComparisonReport(const experiment::Stamp& stamp,
     AddFigures(all, source, report);
   }
   report.notes = {
-      fmt::format("means over the successful fits, with standard errors; good: share of all fits "
-                  "with radius within {} mm and axis within {} deg; noisy: {} mm along the rays",
-                  kGoodRadius_mm, kGoodAxis_deg, experiment::ValueOr(stamp.data, kNoise, "?")),
+      fmt::format(
+          "means over the successful fits, with standard errors; noisy: {} mm along the rays",
+          experiment::ValueOr(stamp.data, kNoise, "?")),
       "published: one synthetic range image a row, without noise; 2 GHz Core 2 Duo; ppt: normals "
       "and curvature"};
   report.published = FiguresOf(all);

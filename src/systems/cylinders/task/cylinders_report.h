@@ -14,9 +14,8 @@ inline constexpr const char* kPreparation = " preparation";
 
 /// For each source, table 4.3 or 4.4: one line per row and method, with the published figures; also
 /// fits.csv (all means), and the figures (4.13, or 4.14 to 4.19) as SVG. Means are over the
-/// fits that did not fail. The tables also give the number of failures and of fits, and the share
-/// of good fits (defined in the notes) among all, including failures and cases without
-/// a result.
+/// fits that did not fail. The tables also give the number of failures, including cases without a
+/// result, and of fits.
 /// @throws base::InputError if the published table in the stamp is invalid.
 experiment::Report ComparisonReport(const experiment::Stamp& stamp,
                                     const std::vector<experiment::Record>& records);

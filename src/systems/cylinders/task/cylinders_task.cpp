@@ -8,7 +8,6 @@
 #include <optional>
 #include <vector>
 
-#include "base/error.h"
 #include "base/file.h"
 #include "base/stopwatch.h"
 #include "base/words.h"
@@ -212,15 +211,6 @@ ordered_json JsonOf(const ComparedFit& fit, const CylinderShape& truth) {
   return json;
 }
 
-std::string CsvOf(const CylinderView& view) {
-  std::string text = "x_m,y_m,z_m,line\n";
-  for (std::size_t i = 0; i < view.points.size(); ++i) {
-    const Eigen::Vector3d& p = view.points[i];
-    text += fmt::format("{},{},{},{}\n", p.x(), p.y(), p.z(), view.lines[i]);
-  }
-  return text;
-}
-
 class CylindersExperiment : public experiment::Task {
  public:
   CylindersExperiment(ComparisonOptions options, const experiment::Common& common)
@@ -260,15 +250,6 @@ class CylindersExperiment : public experiment::Task {
     const ordered_json data = {{"points", view.points.size()}, {"fits", list}};
     return {"fitted", "fit", fmt::format("{} of {} fits failed", failed, fits.size()), data.dump(),
             seconds};
-  }
-
-  Result Replay(const Case& which, const experiment::ReplayOptions& options) const override {
-    if (!options.video.empty() || !options.camera.empty()) {
-      throw base::InputError(
-          "a cylinder fit has no video and no camera; its points are in a CSV file");
-    }
-    base::WriteFile(options.folder / which.id / "points.csv", CsvOf(ViewOf(which)));
-    return Run(which);
   }
 
   void AddTo(experiment::Stamp& stamp) const override {

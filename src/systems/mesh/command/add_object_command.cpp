@@ -39,8 +39,7 @@ constexpr double kMinTipping_rad = base::Deg(10.0);
 
 struct Arguments {
   std::string mesh, name, title, unit, up, texture, surface = "plastic", out = "objects";
-  std::optional<double> height_mm, size_mm, mass_g, density;
-  double scale = 1.0;
+  std::optional<double> size_mm, mass_g, density;
   int trials = 3;
   bool fill_holes = false, overwrite = false, json = false;
 };
@@ -59,10 +58,8 @@ objects::MeshObjectOptions OptionsOf(const Arguments& a, const sim::Surface& sur
   objects::MeshObjectOptions options;
   if (!a.unit.empty()) options.unit = base::FromWord<objects::LengthUnit>(a.unit, "--unit");
   if (!a.up.empty()) options.up = base::FromWord<objects::Up>(a.up, "--up");
-  if (a.height_mm) options.height_m = *a.height_mm * base::kMm;
   if (a.size_mm) options.longest_m = *a.size_mm * base::kMm;
   if (a.mass_g) options.mass_kg = *a.mass_g * kGram;
-  options.scale = a.scale;
   options.density_kg_m3 = a.density.value_or(surface.density_kg_m3);
   if (a.fill_holes) options.max_hole = 1.0;
   return options;
@@ -130,23 +127,9 @@ void RefuseNumbers(const Arguments& a) {
     if (!value || (std::isfinite(*value) && *value > 0.0)) return;
     throw base::InputError(fmt::format("{} {} must be above 0", flag, *value));
   };
-  positive("--height-mm", a.height_mm);
   positive("--size-mm", a.size_mm);
-  positive("--scale", a.scale);
   positive("--mass", a.mass_g);
   positive("--density", a.density);
-}
-
-// Throws if the object is lighter than foam but would be a plausible solid with a thousand times
-// the mass: the mass was probably given in kilograms.
-void RefuseKilograms(const Arguments& a, const objects::MeshObject& object) {
-  constexpr double kFoam_kg_m3 = 20.0, kLead_kg_m3 = 12000.0;
-  const double density = object.mass_kg / object.volume_m3;
-  if (!a.mass_g || density >= kFoam_kg_m3 || density / kGram > kLead_kg_m3) return;
-  throw base::InputError(
-      fmt::format("--mass {0:g}: a density of {1:.2g} kg/m3 is lower than that of foam; the unit "
-                  "is grams: use {2:g} for {0:g} kg",
-                  *a.mass_g, density, *a.mass_g / kGram));
 }
 
 // Throws if no solid has the object's density. Names all guesses about the mesh, since the check of
@@ -187,7 +170,6 @@ Found Add(const Arguments& a) {
     line.Begin("repair, then cutting into convex hulls");
     found.object = objects::MakeMeshObject(a.mesh, OptionsOf(a, surface), !a.texture.empty());
   }
-  RefuseKilograms(a, found.object);
   RefuseImplausible(a, found.object);
 
   const process::OwnFolder workshop;
@@ -276,12 +258,8 @@ void AddAddObjectCommand(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--unit", a->unit, "unit of the mesh (default: guessed from its size)")
       ->check(CLI::IsMember(base::WordList<objects::LengthUnit>()));
-  auto* height = command->add_option("--height-mm", a->height_mm, "scale to this height");
-  command
-      ->add_option("--size-mm", a->size_mm,
-                   "scale so that the longest side of the bounding box has this length")
-      ->excludes(height);
-  command->add_option("--scale", a->scale, "additional scale factor");
+  command->add_option("--size-mm", a->size_mm,
+                      "scale so that the longest side of the bounding box has this length");
   command->add_option("--up", a->up, "axis of the mesh that points up (default: z; y of glTF)")
       ->check(CLI::IsMember(base::WordList<objects::Up>()));
   auto* mass = command->add_option("--mass", a->mass_g, "mass in grams");
@@ -289,7 +267,7 @@ void AddAddObjectCommand(CLI::App& app) {
       ->excludes(mass);
   command->add_option("--surface", a->surface, "surface, a name in surfaces.yaml")
       ->capture_default_str();
-  command->add_option("--texture", a->texture, "PNG texture");
+  command->add_option("--texture", a->texture, "PNG texture, for a mesh with texture coordinates");
   command->add_flag("--fill-holes", a->fill_holes, "close every hole, regardless of its size");
   command->add_option("--lift-trials", a->trials, "number of trials of the lift test; 0: none")
       ->transform(WholeNumber(0, 1000))

@@ -9,10 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
 #include <utility>
 
-#include "base/error.h"
 #include "geometry/graph.h"
 #include "geometry/mesh.h"
 #include "parts/mirror/internal/spherical_mirror.h"
@@ -121,10 +119,6 @@ std::size_t DifferentValues(const Mesh& mesh, const Diameters& diameter) {
 }  // namespace
 
 Segmentation SegmentByKMeans(const Shape& shape, const KMeansOptions& options) {
-  if (!shape.IsMesh()) throw base::InputError("k-means needs a mesh; the input is a point cloud");
-  if (options.clusters < 1 || options.iterations < 1 || !(options.dihedral_weight >= 0.0)) {
-    throw std::invalid_argument("SegmentByKMeans: clusters, iterations >= 1, dihedral_weight >= 0");
-  }
   const DualGraph graph = MakeDualGraph(shape, options.dihedral_weight);
   Indices seeds = FarApart(graph, options.clusters);
   Segmentation result;
@@ -141,10 +135,6 @@ Segmentation SegmentByKMeans(const Shape& shape, const KMeansOptions& options) {
 }
 
 Segmentation SegmentBySdf(const Shape& shape, int clusters) {
-  if (!shape.IsMesh()) {
-    throw base::InputError("the shape diameter function needs a mesh; the input is a point cloud");
-  }
-  if (clusters < 1) throw std::invalid_argument("SegmentBySdf: clusters must be >= 1");
   const std::size_t faces = shape.faces.size();
   Mesh mesh = ToMesh(shape);
   Diameters diameter = mesh.add_property_map<SdfFace, double>("f:diameter").first;
@@ -432,10 +422,6 @@ void RefineBoundary(const Shape& mesh, const VertexGraph& graph, const FaceGraph
 // The paper searches for feature points and the core in a coarsened mesh. Here the landmarks and
 // the contacts of their cells replace it, so that nothing has to be simplified and mapped back.
 Segmentation SegmentByCoreExtraction(const Shape& shape, int levels) {
-  if (!shape.IsMesh()) {
-    throw base::InputError("core extraction needs a mesh; the input is a point cloud");
-  }
-  if (levels < 1) throw std::invalid_argument("core extraction: levels must be >= 1");
   const FaceGraph graph = BuildFaceGraph(shape);
   const Pieces pieces = ConnectedPieces(graph, AnyNeighbors);
   std::vector<Part> parts(pieces.count);

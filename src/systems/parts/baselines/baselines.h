@@ -8,7 +8,6 @@
 namespace rangegrasp::parts {
 
 inline constexpr int kDefaultClusters = 5;  ///< of k-means and, as in CGAL, of the diameters
-inline constexpr int kDefaultLevels = 2;    ///< of core extraction
 
 struct KMeansOptions {
   int clusters = kDefaultClusters;  ///< >= 1
@@ -19,7 +18,6 @@ struct KMeansOptions {
 /// apart and assigns each face to the nearest seed along the dual graph. A dual edge costs the
 /// distance between centroids, increased by a penalty for the dihedral angle (Funkhouser et al.
 /// 2004). Seeds then move to the middle of their clusters until nothing changes. Meshes only.
-/// @throws base::InputError for a cloud.
 Segmentation SegmentByKMeans(const Shape& shape, const KMeansOptions& options);
 
 /// Shape diameter function (Shapira et al. 2008) by CGAL, with its defaults. Meshes only.
@@ -29,7 +27,7 @@ Segmentation SegmentBySdf(const Shape& shape, int clusters = kDefaultClusters);
 /// Core extraction (Katz et al. 2005): MDS, feature points, core by mirroring, hierarchy,
 /// refinement by minimum cuts. Meshes only.
 /// @param levels  >= 1, of the hierarchy
-Segmentation SegmentByCoreExtraction(const Shape& shape, int levels = kDefaultLevels);
+Segmentation SegmentByCoreExtraction(const Shape& shape, int levels = 2);
 
 // Steps of core extraction.
 

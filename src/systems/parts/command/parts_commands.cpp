@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -53,10 +52,6 @@ void CheckOptions(const SegmentArguments& arguments) {
   check(options.clusters.has_value(), {Method::kHierarchy, Method::kKMeans, Method::kSdf},
         "--parts",
         "it is for --method hierarchy, kmeans and sdf; the others choose the number of parts");
-  check(options.level.has_value(), {Method::kHierarchy, Method::kCore}, "--level",
-        "it is for --method hierarchy and core; the others have no levels");
-  check(options.level == 0, {Method::kHierarchy}, "--level 0",
-        "core extraction has at least one level");
   check(options.cut_quality.has_value(), {Method::kHierarchy}, "--cut-quality",
         "it is for --method hierarchy");
   check(options.pose_invariant, {Method::kMirror}, "--pose-invariant", "it is for --method mirror");
@@ -115,11 +110,6 @@ std::string ColorOf(std::int32_t label) {
 
 ordered_json Coordinates(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-template <class Value>
-ordered_json OrNull(bool has_value, const Value& value) {
-  return has_value ? ordered_json(value) : ordered_json();
-}
-
 /// Describes a part for grasping, in the file's unit of length.
 ordered_json JsonOf(const Segmented& result, const parts::PartDescription& part) {
   ordered_json json = {{"label", part.label},
@@ -129,7 +119,7 @@ ordered_json JsonOf(const Segmented& result, const parts::PartDescription& part)
                        {"color", ColorOf(part.label)},
                        {"function", base::Word(part.function)}};
   if (result.IsMesh()) json["area"] = part.area;
-  if (result.IsMesh()) json["volume"] = OrNull(part.volume.has_value(), part.volume.value_or(0.0));
+  if (result.IsMesh()) json["volume"] = part.volume ? ordered_json(*part.volume) : ordered_json();
   json["holds"] = part.holds;
   json["center"] = Coordinates(part.center);
   for (int k = 0; k < 3; ++k) json["axes"].push_back(Coordinates(part.axes.col(k)));
@@ -143,19 +133,6 @@ ordered_json JsonOf(const Segmented& result, const parts::PartDescription& part)
   return json;
 }
 
-/// The tree of cuts: `cut_quality` is that of a node's best cut, null if there is none.
-ordered_json TreeOf(const Segmentation& found) {
-  ordered_json tree = ordered_json::array();
-  for (const auto& [parent, level, label, quality] : found.tree) {
-    tree.push_back({{"node", tree.size()},
-                    {"parent", OrNull(parent >= 0, parent)},
-                    {"level", level},
-                    {"label", OrNull(label >= 0, label)},
-                    {"cut_quality", OrNull(std::isfinite(quality), quality)}});
-  }
-  return tree;
-}
-
 ordered_json JsonOf(const std::string& file, const std::string& method, const Segmented& result) {
   ordered_json json = {{"file", file},
                        {"method", method},
@@ -167,7 +144,6 @@ ordered_json JsonOf(const std::string& file, const std::string& method, const Se
                        {"note", result.found.note},
                        {"seconds", result.seconds}};
   for (const auto& part : result.described) json["parts"].push_back(JsonOf(result, part));
-  if (!result.found.tree.empty()) json["tree"] = TreeOf(result.found);
   return json;
 }
 
@@ -341,10 +317,6 @@ void AddPartsCommands(CLI::App& app) {
           "--parts", arguments->options.clusters,
           "hierarchy: number of parts, best cuts first; kmeans, sdf: number of clusters (5)")
       ->transform(WholeNumber(1, 1000));
-  command
-      ->add_option("--level", arguments->options.level,
-                   "hierarchy: maximum depth of cuts; less gives coarser parts; core: levels (2)")
-      ->transform(WholeNumber(0, 100));
   command
       ->add_option(
           "--cut-quality", arguments->options.cut_quality,

@@ -8,7 +8,6 @@
 #include <map>
 #include <numeric>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 
 #include "base/words.h"
@@ -199,15 +198,6 @@ constexpr int kMinCenters = 4;
 /// Added to a number of centers, so that the whole gets all even if its share is rounded below 1.
 constexpr double kRounding = 1e-6;
 
-void Check(const HierarchyOptions& options) {
-  if (options.cells < 2 || options.centers < kMinCenters || options.levels < 1 ||
-      !(options.fine > 0.0) || !(options.coarse > 0.0) || !(options.concavity >= 0.0) ||
-      (options.parts && *options.parts < 1) || !(options.cut_quality > 0.0) ||
-      !(options.min_area > 0.0) || !(options.flat_side > 0.0) || !(options.sight >= 0.0)) {
-    throw std::invalid_argument("hierarchy: an option is out of range");
-  }
-}
-
 /// The more concave bend of both scales at each edge.
 std::vector<double> Bends(const Shape& mesh, const FaceGraph& faces, const FaceFrames& frames,
                           const HierarchyOptions& options) {
@@ -220,9 +210,9 @@ std::vector<double> Bends(const Shape& mesh, const FaceGraph& faces, const FaceF
 
 /// A part with its best cut.
 struct Node {
-  Indices cells;  ///< ascending
-  PartNode part;
-  Indices off;  ///< cells that its best cut takes off
+  Indices cells;   ///< ascending
+  double quality;  ///< of its best cut, made or not; infinite if there is none
+  Indices off;     ///< cells that its best cut takes off
   bool is_leaf = true;
 };
 
@@ -232,20 +222,17 @@ std::vector<Node> CutIntoParts(const Cells& cells, double total_area,
   constexpr double kNoCut = std::numeric_limits<double>::infinity();
   const double min_area = options.min_area * total_area;
   std::vector<Node> nodes;
-  const auto add = [&](Indices some, int parent) {
+  const auto add = [&](Indices some) {
     const Cells own = Subset(cells, some);
     const double share = std::accumulate(own.area.begin(), own.area.end(), 0.0) / total_area;
     const int centers =
         std::max(kMinCenters, static_cast<int>(options.centers * std::sqrt(share) + kRounding));
     CutOff split =
         BestSplit(own, MirrorCandidates(own, centers, options.levels), min_area, options);
-    const int level = parent < 0 ? 0 : nodes[parent].part.level + 1;
-    nodes.push_back({std::move(some), {parent, level, -1, split.quality}, std::move(split.off)});
+    nodes.push_back({std::move(some), split.quality, std::move(split.off)});
   };
-  for (Indices& piece : ConnectedSets(cells, Sides(cells.size(), 0))) add(std::move(piece), -1);
-  const auto quality_of = [](const Node& node) {
-    return node.is_leaf ? node.part.quality : kNoCut;
-  };
+  for (Indices& piece : ConnectedSets(cells, Sides(cells.size(), 0))) add(std::move(piece));
+  const auto quality_of = [](const Node& node) { return node.is_leaf ? node.quality : kNoCut; };
   while (true) {
     const auto next = std::ranges::min_element(nodes, {}, quality_of);
     const double quality = quality_of(*next);
@@ -255,9 +242,8 @@ std::vector<Node> CutIntoParts(const Cells& cells, double total_area,
     if (!wanted || quality == kNoCut) return nodes;
     next->is_leaf = false;
     const Indices whole = next->cells;
-    const auto parent = static_cast<int>(next - nodes.begin());
     for (const Indices& piece : Divide(Subset(cells, whole), next->off, min_area)) {
-      add(ValuesAt(whole, piece), parent);
+      add(ValuesAt(whole, piece));
     }
   }
 }
@@ -308,11 +294,6 @@ Segmentation SegmentMesh(const Shape& shape, const HierarchyOptions& options) {
   const auto number =
       Renumber(GroupSums(result.label, BuildFaceFrames(shape).area, nodes.size()), result.label);
   result.parts = *std::ranges::max_element(number) + 1;
-  // Leaves that lost all of their faces, being too small for the mesh, have no label.
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
-    result.tree.push_back(nodes[k].part);
-    result.tree.back().label = number[k];
-  }
   result.has_core = result.parts > 1;
   if (result.parts == 1) result.note = "one part: no cut is short and concave enough";
   if (options.parts && result.parts != *options.parts) {
@@ -339,9 +320,6 @@ void DropEmptyParts(Segmentation& found) {
   std::vector<double> as_before(found.parts);
   for (std::size_t l = 0; l < as_before.size(); ++l) as_before[l] = -static_cast<double>(l);
   const Labels number = Renumber(as_before, found.label);
-  for (PartNode& node : found.tree) {
-    if (node.label >= 0) node.label = number[node.label];
-  }
   found.parts = *std::ranges::max_element(number) + 1;
   found.has_core = found.parts > 1;
 }
@@ -368,7 +346,6 @@ Segmentation SegmentCloud(const Shape& cloud, HierarchyOptions options) {
 }  // namespace
 
 Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options) {
-  Check(options);
   return shape.IsMesh() ? SegmentMesh(shape, options) : SegmentCloud(shape, options);
 }
 

@@ -45,7 +45,7 @@ struct HierarchyOptions {
 ///    relative to what is seen at the same distance on one side (weak convexity, Asafi et al. 2013,
 ///    van Kaick et al. 2014). A cut needs a crease or a narrow view, and a side that is solid
 ///    (encloses volume outwards). A handle counts with the mean of its two ends.
-/// 5. Steps 3 and 4 are repeated for each part. The upper levels of this tree are coarser parts.
+/// 5. Steps 3 and 4 are repeated for each part.
 /// 6. Minimum cuts move borders to the cheapest place nearby, facet by facet.
 ///
 /// The largest part is the core, label 0; the others follow by decreasing area. Meshes may be open
@@ -54,7 +54,6 @@ struct HierarchyOptions {
 /// result is independent of vertex and face order, rotation, translation and scale, except where
 /// rounding decides between parts of a symmetric shape. About O(n log n + parts * centers *
 /// cells^1.5).
-/// @throws std::invalid_argument if an option is out of range.
 Segmentation SegmentHierarchy(const Shape& shape, const HierarchyOptions& options);
 
 }  // namespace rangegrasp::parts

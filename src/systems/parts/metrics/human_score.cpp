@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <stdexcept>
 #include <utility>
 
 #include "base/error.h"
@@ -56,11 +55,6 @@ Labels OfShape(const Shape& shape, const Labels& of_input) {
 }  // namespace
 
 double RandError(std::span<const std::int32_t> a, std::span<const std::int32_t> b) {
-  if (a.size() != b.size() || a.size() < 2) {
-    throw std::invalid_argument(fmt::format(
-        "RandError: labellings of {} and {} elements; they must have equal lengths, >= 2", a.size(),
-        b.size()));
-  }
   std::vector<std::pair<std::int32_t, std::int32_t>> both;
   both.reserve(a.size());
   for (std::size_t i = 0; i < a.size(); ++i) both.emplace_back(a[i], b[i]);
@@ -107,11 +101,6 @@ double CutMeasure::SumOfDistances(const Indices& from, const Indices& to) const 
 
 std::optional<double> CutMeasure::Discrepancy(std::span<const std::int32_t> a,
                                               std::span<const std::int32_t> b) const {
-  const std::size_t faces = faces_.begin.size() - 1;
-  if (a.size() != faces || b.size() != faces) {
-    throw std::invalid_argument(fmt::format(
-        "CutMeasure: labellings of {} and {} faces; the mesh has {}", a.size(), b.size(), faces));
-  }
   const Indices cut_a = CutVertices(a);
   const Indices cut_b = CutVertices(b);
   if (cut_a.empty() || cut_b.empty()) return std::nullopt;

@@ -12,7 +12,6 @@ namespace rangegrasp::parts {
 /// 1 - Rand index of two labellings of the same elements, unweighted (Chen et al. 2009): (sum_i
 /// C(n_i, 2) + sum_j C(m_j, 2) - 2 sum_ij C(n_ij, 2)) / C(N, 2), where n_i, m_j and n_ij are the
 /// sizes of the segments of a, of b and of their intersections. O(n log n).
-/// @throws std::invalid_argument if the lengths differ or are below 2.
 double RandError(std::span<const std::int32_t> a, std::span<const std::int32_t> b);
 
 /// The vertices and edges of a mesh, kept for comparing many labellings of its faces.
@@ -24,7 +23,6 @@ class CutMeasure {
   /// edges lead there) from every vertex on a cut of one labelling to a cut of the other, in both
   /// directions. The mean over all those vertices is divided by the area-weighted mean distance of
   /// the surface from its centroid. nullopt if one of the two has no cut. O(n log n).
-  /// @throws std::invalid_argument if a length is not the number of faces.
   std::optional<double> Discrepancy(std::span<const std::int32_t> a,
                                     std::span<const std::int32_t> b) const;
 

@@ -101,9 +101,6 @@ Labels LabelsOfPolygons(const geometry::PolygonMesh& input,
 
 Labels LabelsOfTriangles(const geometry::PolygonMesh& input,
                          std::span<const std::int32_t> polygons) {
-  if (polygons.size() != input.polygons) {
-    throw std::invalid_argument("LabelsOfTriangles: not one label a polygon");
-  }
   return ValuesAt(polygons, input.polygon);
 }
 
@@ -112,33 +109,6 @@ Labels RankLabels(Indices labels, const std::vector<double>& weight) {
   Labels number(weight.size(), -1);
   for (std::size_t k = 0; k < labels.size(); ++k) number[labels[k]] = static_cast<std::int32_t>(k);
   return number;
-}
-
-Segmentation AtLevel(const Segmentation& segmentation, int level) {
-  const std::vector<PartNode>& tree = segmentation.tree;
-  if (tree.empty()) return segmentation;
-  // For each node the node that represents it.
-  std::vector<std::size_t> top(tree.size()), of_label(segmentation.parts);
-  for (std::size_t k = 0; k < top.size(); ++k) {
-    top[k] = tree[k].level > level ? top[tree[k].parent] : k;
-    if (tree[k].label >= 0) of_label[tree[k].label] = top[k];
-  }
-  std::vector<double> size(top.size(), 0.0);
-  for (const std::int32_t l : segmentation.label) size[of_label[l]] += 1.0;
-  const Labels number =
-      RankLabels(geometry::PositionsWhere(size, [](double s) { return s > 0.0; }), size);
-  Segmentation coarse = segmentation;
-  coarse.tree.clear();
-  coarse.parts = 1 + *std::ranges::max_element(number);
-  coarse.has_core = coarse.parts > 1;
-  for (std::int32_t& l : coarse.label) l = number[of_label[l]];
-  // Nodes that are cut further no longer have a label.
-  for (std::size_t k = 0; k < top.size(); ++k) {
-    if (tree[k].level > level) continue;
-    coarse.tree.push_back(tree[k]);
-    coarse.tree.back().label = number[k];
-  }
-  return coarse;
 }
 
 std::array<std::uint8_t, 3> PartColor(std::int32_t label) {

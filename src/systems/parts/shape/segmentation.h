@@ -8,21 +8,12 @@
 
 namespace rangegrasp::parts {
 
-/// A node on the way from the whole to the parts: it is cut further, or it is a part.
-struct PartNode {
-  int parent = -1;          ///< index in the tree; -1: the root of a connected piece
-  int level = 0;            ///< number of cuts above it
-  std::int32_t label = -1;  ///< label of the part; -1 if it is cut further
-  double quality = 0.0;     ///< quality of its best cut, made or not; infinite if there is none
-};
-
 /// Result of a method: one label per element, 0 .. parts-1; a core has the label 0.
 struct Segmentation {
   Labels label;
   int parts = 0;
   bool has_core = false;
   std::string note;  ///< message for the user (center moved, one part, ...); empty if there is none
-  std::vector<PartNode> tree = {};  ///< for a hierarchical method, parents first; else empty
 };
 
 /// For each point the label of the nearest labelled one.
@@ -46,16 +37,11 @@ Labels LargestLabels(std::size_t count, const Indices& group, std::span<const st
 Labels LabelsOfPolygons(const geometry::PolygonMesh& input,
                         std::span<const std::int32_t> triangles);
 /// The inverse of LabelsOfPolygons.
-/// @throws std::invalid_argument if there is not one label per polygon.
 Labels LabelsOfTriangles(const geometry::PolygonMesh& input,
                          std::span<const std::int32_t> polygons);
 
 /// Numbers some labels from 0 by decreasing weight, on ties in the given order; others get -1.
 Labels RankLabels(Indices labels, const std::vector<double>& weight);
-
-/// A coarser segmentation: the parts of the tree that are at most `level` cuts below the whole,
-/// numbered by decreasing number of elements. Without a tree nothing changes.
-Segmentation AtLevel(const Segmentation& segmentation, int level);
 
 /// Distinct colors, always the same for a label. Label 0 (the core) is red as in the chapter,
 /// labels below 0 are grey.

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -122,17 +121,13 @@ void WriteLabels(const std::filesystem::path& file, std::span<const std::int32_t
 void WriteColoredShape(const std::filesystem::path& file, const geometry::TriangleMesh& input,
                        std::span<const std::int32_t> labels) {
   const bool mesh = !input.triangles.empty();
-  const std::size_t elements = mesh ? input.triangles.size() : input.vertices.size();
-  if (labels.size() != elements) {
-    throw std::invalid_argument(
-        fmt::format("WriteColoredShape: {} labels for {} elements", labels.size(), elements));
-  }
   std::string bytes = fmt::format(
       "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n"
       "property float y\nproperty float z\n",
       input.vertices.size());
   if (mesh) {
-    bytes += fmt::format("element face {}\nproperty list uchar int vertex_indices\n", elements);
+    bytes += fmt::format("element face {}\nproperty list uchar int vertex_indices\n",
+                         input.triangles.size());
   }
   bytes += "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
   for (std::size_t i = 0; i < input.vertices.size(); ++i) {
@@ -155,9 +150,6 @@ draw::Color PaintOf(std::int32_t label) {
 
 draw::Canvas DrawLabels(const geometry::TriangleMesh& shape, std::span<const std::int32_t> labels) {
   const bool mesh = !shape.triangles.empty();
-  if (labels.size() != (mesh ? shape.triangles.size() : shape.vertices.size())) {
-    throw std::invalid_argument("DrawLabels: one label a face or, without faces, a point");
-  }
   std::map<std::int32_t, geometry::TriangleMesh> groups;
   const auto is_finite = [&](std::uint32_t v) { return shape.vertices[v].allFinite(); };
   for (std::uint32_t i = 0; i < labels.size(); ++i) {
@@ -181,12 +173,10 @@ draw::Canvas DrawLabels(const geometry::TriangleMesh& shape, std::span<const std
 }
 
 draw::View LookAtShape(geometry::PointSpan points, int up) {
-  if (up < 0 || up > 2) throw std::invalid_argument("LookAtShape: up is 0, 1 or 2");
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : points) {
     if (p.allFinite()) box.extend(p);
   }
-  if (box.isEmpty()) throw std::invalid_argument("LookAtShape: no finite point");
   draw::View view;
   view.target = box.center();
   view.up = Eigen::Vector3d::Unit(up);

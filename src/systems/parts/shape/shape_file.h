@@ -28,7 +28,7 @@ Labels ReadLabels(const std::filesystem::path& file);
 /// @throws base::RunError if the file cannot be written completely.
 void WriteLabels(const std::filesystem::path& file, std::span<const std::int32_t> labels);
 /// Writes binary PLY with a color per face (mesh) or per point (cloud).
-/// @throws base::RunError; std::invalid_argument if there is not one label per element.
+/// @throws base::RunError if the file cannot be written completely.
 void WriteColoredShape(const std::filesystem::path& file, const geometry::TriangleMesh& input,
                        std::span<const std::int32_t> labels);
 
@@ -37,12 +37,10 @@ draw::Color PaintOf(std::int32_t label);
 
 /// Draws a mesh as faces, or a cloud (no triangles) as points, in the colors of their labels.
 /// Points that are not finite, and faces with such a point, are left out.
-/// @throws std::invalid_argument if there is not one label per face (per point).
 draw::Canvas DrawLabels(const geometry::TriangleMesh& shape, std::span<const std::int32_t> labels);
 
 /// A view of a whole shape from the front right and above, in any unit.
 /// @param up  the shape's axis that points up: 0, 1, 2 for x, y, z; the front is then -z, +z, -y
-/// @throws std::invalid_argument without a finite point, or for another axis.
 draw::View LookAtShape(geometry::PointSpan points, int up);
 
 /// Writes the parts of a shape as BASE.seg (labels), BASE.ply (colored) and BASE.png.
@@ -50,7 +48,7 @@ draw::View LookAtShape(geometry::PointSpan points, int up);
 ///                with the labels of their polygons
 /// @param up  as in LookAtShape
 /// @throws base::RunError if a file cannot be written, base::InputError if the folder cannot be
-/// made, std::invalid_argument if there is not one label per element.
+/// made.
 void WriteParts(const std::filesystem::path& base, const geometry::PolygonMesh& input,
                 std::span<const std::int32_t> labels, int up);
 

@@ -8,7 +8,6 @@
 #include <numeric>
 #include <set>
 #include <span>
-#include <stdexcept>
 #include <utility>
 
 #include "geometry/kd_tree.h"
@@ -219,7 +218,6 @@ std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links)
   std::vector<double> of_source(nodes, 0.0), of_sink(nodes, 0.0);
   std::vector<CutLink> all;
   for (const CutLink& link : links) {
-    if (link.a >= nodes || link.b >= nodes) throw std::invalid_argument("MinCut: no such node");
     largest = std::max(largest, link.capacity);
     const bool from_b = link.b <= kSink;
     const std::uint32_t terminal = from_b ? link.b : link.a, other = from_b ? link.a : link.b;

@@ -115,7 +115,6 @@ inline constexpr std::uint32_t kSink = 1;
 /// the source's side, which are as few as possible for any order of the links. Capacities are
 /// rounded to a millionth of the largest, so that the flow is exact.
 /// @param nodes  their number, >= 2
-/// @throws std::invalid_argument if a node does not exist.
 std::vector<bool> MinCut(std::uint32_t nodes, const std::vector<CutLink>& links);
 
 /// Relabels the faces with a node from 2 to nodes - 1 by a minimum cut. Faces with node kSource or

@@ -4,7 +4,6 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "geometry/graph.h"
@@ -149,9 +148,6 @@ VertexGraph GeodesicGraph(const Shape& shape) {
 
 LandmarkDistances SpreadLandmarks(const VertexGraph& graph, int count) {
   const std::uint32_t n = graph.Size();
-  if (n == 0 || count < 1) {
-    throw std::invalid_argument("SpreadLandmarks: needs a vertex and a count >= 1");
-  }
   geometry::ShortestPaths paths;
   std::vector<double> from(n, kFar);
   paths.Lower({{0U}}, graph.Links(), from);
@@ -204,9 +200,6 @@ double GuttmanTransform(const MatrixXd& distances, const MatrixX3d& positions, M
 }
 
 MatrixX3d ClassicalScaling(const MatrixXd& distances) {
-  if (distances.rows() < 1 || distances.rows() != distances.cols() || !distances.allFinite()) {
-    throw std::invalid_argument("Smacof: distances must be a square of finite numbers");
-  }
   const MatrixXd b = DoublyCentered(distances);
   if (b.rows() > kMaxDense) return LeadingCoordinates(b);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(b);
@@ -214,7 +207,6 @@ MatrixX3d ClassicalScaling(const MatrixXd& distances) {
 }
 
 Embedding Smacof(const MatrixXd& distances, const SmacofOptions& options) {
-  if (options.iterations < 1) throw std::invalid_argument("Smacof: iterations must be >= 1");
   Embedding result;
   result.positions = ClassicalScaling(distances);
   MatrixX3d next, after;

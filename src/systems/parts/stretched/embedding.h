@@ -24,7 +24,6 @@ struct LandmarkDistances {
   Indices nearest;           ///< per vertex: index in landmark
   double spacing = 0.0;      ///< the largest distance of a vertex to its nearest landmark
 };
-/// @throws std::invalid_argument without vertices or with count < 1.
 LandmarkDistances SpreadLandmarks(const VertexGraph& graph, int count);
 /// Symmetric: the mean of both directions, in which a path's length is rounded differently.
 Eigen::MatrixXd BetweenLandmarks(const LandmarkDistances& spread);
@@ -38,7 +37,6 @@ double GuttmanTransform(const Eigen::MatrixXd& distances, const Eigen::MatrixX3d
 /// Classical scaling (Torgerson 1952): the three leading eigenvectors of the doubly centered
 /// squared distances, each times the square root of its eigenvalue (0 if that is negative). The
 /// largest entry of each is positive.
-/// @throws std::invalid_argument if the distances are not a square of finite numbers.
 Eigen::MatrixX3d ClassicalScaling(const Eigen::MatrixXd& distances);
 
 struct SmacofOptions {

@@ -5,7 +5,6 @@
 #include <limits>
 #include <numeric>
 #include <span>
-#include <stdexcept>
 
 #include "geometry/graph.h"
 #include "geometry/mesh.h"
@@ -258,7 +257,6 @@ constexpr int kPlacementSteps = 10;
 Labels LabelLimbs(const StandingOut& elements) { return Tree(elements).Label(); }
 
 PoseInvariantForm PoseInvariant(const Shape& shape, int landmarks) {
-  if (landmarks < 4) throw std::invalid_argument("PoseInvariant: landmarks must be >= 4");
   const LandmarkDistances spread = SpreadLandmarks(GeodesicGraph(shape), landmarks);
   const Embedding embedding = Smacof(BetweenLandmarks(spread), {});
   const LandmarkPlacement placement(embedding.positions);

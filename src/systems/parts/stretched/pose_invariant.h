@@ -35,7 +35,6 @@ struct PoseInvariantForm {
 /// Section 6.2.3: landmarks are embedded by SMACOF; other points are placed by their geodesic
 /// distances to them.
 /// @param landmarks  >= 4; shapes with fewer points use all of them
-/// @throws std::invalid_argument for fewer landmarks.
 PoseInvariantForm PoseInvariant(const Shape& shape, int landmarks = kFormLandmarks);
 /// Segments the pose-invariant form by mirroring; the labels apply to the shape. Beyond the
 /// chapter, the core's hull grows until limbs separate, each where it joins others (LabelLimbs).

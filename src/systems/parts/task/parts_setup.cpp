@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -51,9 +50,6 @@ std::vector<Number> ReadNumbers(YamlMap& map, const std::string& key, Number low
     if (!number || !(*number >= low && *number <= high)) {
       map.Fail(key, fmt::format("'{}' must be a number from {} to {}", word, low, high));
     }
-    if (std::ranges::count(numbers, *number) > 0) {
-      map.Fail(key, fmt::format("{} is given twice", *number));
-    }
     numbers.push_back(*number);
   }
   return numbers;
@@ -96,8 +92,6 @@ Keys ReadKeys(YamlMap& map, PartsSetup& setup) {
 }
 
 void CheckMethods(const YamlMap& map, const PartsSetup& setup) {
-  const std::set<Method> different(setup.methods.begin(), setup.methods.end());
-  if (different.size() < setup.methods.size()) map.Fail("methods", "a method is given twice");
   for (const Method method : setup.methods) {
     if (setup.clouds.empty() || ReadsClouds(method)) continue;
     map.Fail("clouds", fmt::format("method '{}' cannot segment clouds; mirror and hierarchy can",
@@ -152,27 +146,12 @@ ModelClass ReadClass(YamlMap& models, const std::string& name, const std::filesy
   return one;
 }
 
-/// A class's name becomes part of the ids of its cases.
-bool IsName(const std::string& name) {
-  return !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
-    return std::isalnum(c) || c == '_' || c == '-' || c == '.';
-  });
-}
-
 std::vector<ModelClass> ReadClasses(YamlMap& map, const std::vector<std::string>& names,
                                     const std::filesystem::path& folder) {
   YamlMap models = map.Child("models", "models of each class");
   std::vector<ModelClass> classes;
   std::set<int> seen;
-  std::set<std::string> seen_names;
   for (const std::string& name : names) {
-    if (!seen_names.insert(name).second) {
-      map.Fail("classes", fmt::format("'{}' is given twice", name));
-    }
-    if (!IsName(name)) {
-      map.Fail("classes",
-               fmt::format("'{}' must consist of letters, digits, '_', '-' and '.'", name));
-    }
     if (!models.Has(name)) {
       map.Fail("models", fmt::format("has no models of class '{}', e.g. {}: {{tune: [21, 22], "
                                      "report: [23, 24]}}",

@@ -31,6 +31,10 @@ constexpr double kTouch_N = 0.05;
 /// Failed grasps at one place after which an object that is only in the way is left. What slips
 /// needs more friction than there is: of 45 repeated grasps of prisms that had slipped, 1 held.
 constexpr int kTriesToClear = 2;
+/// Objects whose centers are this close in two views count as the same.
+constexpr double kSamePlace_m = 0.03;
+/// Objects this near to the wanted one may be in the way.
+constexpr double kNear_m = 0.08;
 
 /// Accepts the best of all known objects even if its identity is uncertain.
 recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options) {
@@ -45,7 +49,6 @@ recognition::RecognitionOptions Lenient(recognition::RecognitionOptions options)
 /// Numbers of failed tries, by the object's place.
 class TriesByPlace {
  public:
-  explicit TriesByPlace(double same_m) : same_m_(same_m) {}
   int At(const Vector3d& center_W) {
     const auto found = Find(center_W);
     return found == tries_.end() ? 0 : found->second;
@@ -60,9 +63,8 @@ class TriesByPlace {
  private:
   std::vector<std::pair<Vector3d, int>>::iterator Find(const Vector3d& center_W) {
     return std::ranges::find_if(
-        tries_, [&](const auto& one) { return (one.first - center_W).norm() <= same_m_; });
+        tries_, [&](const auto& one) { return (one.first - center_W).norm() <= kSamePlace_m; });
   }
-  double same_m_;
   std::vector<std::pair<Vector3d, int>> tries_;
 };
 
@@ -76,9 +78,7 @@ class Run {
         target_(target),
         seed_(seed),
         world_(world),
-        observer_(observer),
-        failed_(options_.same_place_m),
-        blocked_(options_.same_place_m) {
+        observer_(observer) {
     const trial::Options& cell = setup.cell.options;
     const auto wrist = trial::Of<views::WristViewOptions>(cell, views::kWristViews);
     if (!wrist.sensor.empty() && options_.max_looks > 1) {
@@ -190,9 +190,7 @@ class Run {
     std::ranges::stable_sort(order, std::less{}, [&](std::size_t object) {
       return failed_.At(known_.scene.objects[object].center_C);
     });
-    const int max = options_.max_clear > 0
-                        ? options_.max_clear
-                        : kTriesToClear * static_cast<int>(setup_.cell.options.objects.size());
+    const int max = kTriesToClear * static_cast<int>(setup_.cell.options.objects.size());
     for (const std::size_t object : order) {
       const Vector3d center_W = known_.scene.objects[object].center_C;
       if (failed_.At(center_W) >= kTriesToClear || blocked_.At(center_W) > 0) continue;
@@ -416,7 +414,7 @@ class Run {
     std::erase_if(near, [&](std::size_t i) {
       const perception::PerceivedObject& other = known_.scene.objects[i];
       return &other == &wanted ||
-             box_C.exteriorDistance(geometry::BoundsOf(other.completed_C)) > options_.near_m;
+             box_C.exteriorDistance(geometry::BoundsOf(other.completed_C)) > kNear_m;
     });
     return near;
   }

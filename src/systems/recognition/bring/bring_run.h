@@ -25,10 +25,7 @@ struct BringOptions {
   bool absent = false;
   std::string use;  ///< empty: any use
   int max_tries = 4;
-  int max_clear = 0;
   int max_looks = 3;
-  double near_m = 0.08;
-  double same_place_m = 0.03;  ///< objects this close count as one when tries are counted
   recognition::LibraryOptions library;
   recognition::RecognitionOptions recognition;
   trial::HandOverOptions hand_over;

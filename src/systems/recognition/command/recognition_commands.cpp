@@ -34,7 +34,7 @@ using nlohmann::ordered_json;
 struct BringArguments {
   std::string object;
   std::string experiment = "bring";
-  std::string scene, arrangement, pictures;
+  std::string arrangement, pictures;
   experiment::Changes changes;
   int run = 0;
 };
@@ -54,10 +54,6 @@ const experiment::Case& LastOf(const std::string& object, const experiment::Expe
 
 void BringIt(const BringArguments& a) {
   experiment::Changes changes = a.changes;
-  if (!a.scene.empty()) {
-    const std::string scene = std::filesystem::absolute(a.scene).string();
-    changes.set.push_back("scene=" + nlohmann::json(scene).dump());  // which is YAML
-  }
   if (!a.arrangement.empty()) changes.set.push_back("arrangement=" + a.arrangement);
   changes.trials = a.run + 1;
   const auto file = base::FindExperiment(a.experiment);
@@ -89,7 +85,6 @@ void AddBringCommand(CLI::App& app) {
   command->add_option(
       "--experiment", a->experiment,
       "experiment of `task: bring`, with the objects on the table and the known objects");
-  command->add_option("--scene", a->scene, "scene (MJCF), instead of the experiment's");
   command->add_option(
       "--arrangement", a->arrangement,
       "single, scattered, touching, side_by_side, box or pile, instead of the experiment's");

@@ -208,7 +208,6 @@ Vector3f MeshTones::At(const geometry::Hit& hit) const {
 
 std::vector<PointPairs> ReferencesOf(const geometry::PointCloud& cloud, int count) {
   std::vector<PointPairs> references;
-  if (count == 0) return references;
   const geometry::PointCloud thin = Thinned(cloud, kPairSpacing_m);
   const std::size_t step = std::max<std::size_t>(1, thin.size() / static_cast<std::size_t>(count));
   for (std::size_t i = step / 2; i < thin.size(); i += step) {

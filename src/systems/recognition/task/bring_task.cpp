@@ -138,16 +138,9 @@ BringOptions ReadBringKeys(base::YamlMap& map) {
       "use of the wanted object: of the grasps in its grasps.yaml only those for this use are "
       "tried, before planned ones; default: all");
   keys.Read("max_tries", o.max_tries, 1, 20, "maximum number of grasps of the wanted object");
-  keys.Read("max_clear", o.max_clear, 0, 1000,
-            "maximum number of attempts to clear other objects away; 0: two for each object");
   keys.Read("max_looks", o.max_looks, 1, 20,
             "maximum number of views of one table before other objects are cleared away: the first "
             "by the fixed sensor, more by the wrist scanner if look.sensor is given");
-  keys.ReadScaled("near_mm", o.near_m, base::kMm, 0.0, 1000.0,
-                  "maximum distance from the wanted object of other objects that may block it");
-  keys.ReadScaled(
-      "same_place_mm", o.same_place_m, base::kMm, 0.0, 1000.0,
-      "maximum distance between the centers of two views' objects that count as the same");
   trial::ReadUser(keys.Child("user", "the person who takes the object"), o.hand_over);
   keys.Finish();
   recognition::RecognitionKeys(map, o.recognition).Finish();

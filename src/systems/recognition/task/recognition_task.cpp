@@ -29,7 +29,6 @@
 namespace rangegrasp::recognition {
 namespace {
 
-using base::kDeg;
 using base::kMm;
 using experiment::Case;
 using experiment::IntervalText;
@@ -43,9 +42,11 @@ struct TaskOptions {
   bool without_target = false;
   /// Each further look is at an ambiguous object (OpenObjects); if there is none, the looks end.
   bool until_sure = false;
-  double max_distance_m = 0.005;
-  double max_angle_rad = base::Deg(5.0);
 };
+
+/// Maximum errors of a pose that counts as correct.
+constexpr double kMaxDistance_m = 0.005;
+constexpr double kMaxAngle_rad = base::Deg(5.0);
 
 /// Reads the keys that `task: grasping` does not have.
 TaskOptions ReadRecognitionKeys(base::YamlMap& map) {
@@ -57,21 +58,9 @@ TaskOptions ReadRecognitionKeys(base::YamlMap& map) {
   keys.Read(
       "until_sure", o.until_sure,
       "take another view only if an object is unknown or its pose ambiguous, up to `views` in all");
-  keys.ReadScaled("max_distance_mm", o.max_distance_m, kMm, 0.1, 100.0,
-                  "maximum position error of a pose that counts as correct");
-  keys.ReadScaled("max_angle_deg", o.max_angle_rad, kDeg, 0.1, 180.0,
-                  "maximum rotation error of a pose that counts as correct");
   keys.Read("min_score", r.min_score, 0.0, 1.0, "minimum score of a recognized object");
   keys.Read("margin", r.margin, 0.0, 1.0,
             "minimum difference to the score of any other object at the same place");
-  keys.Read("unexplained_weight", r.unexplained_weight, 0.0, 1.0,
-            "weight of the samples that a model does not explain");
-  keys.Read("color_weight", r.color_weight, 0.0, 1.0,
-            "with `color: true`: share by which completely different colors reduce the score");
-  keys.Read("references", r.references, 0, 1000,
-            "number of points of a segment whose pairs vote for poses; 0: none");
-  keys.Read("registered", r.registered, 1, 1000,
-            "number of poses of each object that are refined by registration");
   keys.Finish();
   ReadLibraryOptions(map, o.library);
   return o;
@@ -90,8 +79,7 @@ struct JudgedFind {
 using Symmetries = std::map<std::string, Symmetry>;
 
 JudgedFind JudgeFind(const FoundObject& found, const Symmetries& symmetries,
-                     const trial::Sensed& sensed, const sim::World& world,
-                     const TaskOptions& options) {
+                     const trial::Sensed& sensed, const sim::World& world) {
   JudgedFind judged;
   judged.found = &found;
   const auto votes = trial::ObjectVotes(found.samples, sensed);
@@ -102,8 +90,7 @@ JudgedFind JudgeFind(const FoundObject& found, const Symmetries& symmetries,
   judged.named_right = world.object_name(judged.truth) == found.object;
   if (!judged.named_right) return judged;
   judged.off = Difference(found.X_CB, world.ObjectPose(judged.truth), symmetries.at(found.object));
-  judged.near = judged.off.distance_m <= options.max_distance_m &&
-                judged.off.angle_rad <= options.max_angle_rad;
+  judged.near = judged.off.distance_m <= kMaxDistance_m && judged.off.angle_rad <= kMaxAngle_rad;
   return judged;
 }
 
@@ -265,13 +252,6 @@ Symmetries SymmetriesOf(const trial::Options& options) {
   return symmetries;
 }
 
-/// x, y, z [m], then the quaternion w, x, y, z.
-ordered_json JsonOf(const base::Pose& X_WO) {
-  const Eigen::Vector3d& p = X_WO.translation();
-  const Eigen::Quaterniond q(X_WO.linear());
-  return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
-}
-
 ordered_json JsonOf(const std::vector<JudgedFind>& judged, const sim::World& world, int target) {
   ordered_json finds = ordered_json::array();
   for (const JudgedFind& find : judged) {
@@ -287,8 +267,6 @@ ordered_json JsonOf(const std::vector<JudgedFind>& judged, const sim::World& wor
                      {"color", find.found->color},
                      {"share_seen", find.found->share_seen},
                      {"violations", find.found->violations},
-                     {"hugging", find.found->hugging},
-                     {"runner_up", find.found->runner_up},
                      {"rms_m", find.found->rms_m},
                      {"samples", find.found->samples.size()}});
   }
@@ -319,7 +297,7 @@ class Recognition : public trial::SceneTask {
     const int target = arranged->target;
     std::vector<JudgedFind> judged;
     for (const FoundObject& one : seen.found) {
-      judged.push_back(JudgeFind(one, symmetries_, seen.sensed, world, options_));
+      judged.push_back(JudgeFind(one, symmetries_, seen.sensed, world));
     }
     result.outcome = OutcomeOf(judged, target);
     result.stage = "recognize";
@@ -327,7 +305,6 @@ class Recognition : public trial::SceneTask {
                                {"scene_objects", world.objects()},
                                {"objects", seen.scene.objects.size()},
                                {"views", seen.sensed.observation.views.size()},
-                               {"target_pose", JsonOf(world.ObjectPose(target))},
                                {"finds", JsonOf(judged, world, target)}};
     result.data = data.dump();
     return result;

@@ -18,6 +18,9 @@
 namespace rangegrasp::views {
 namespace {
 
+/// Radius of the space around the highest object for which views are chosen: half of the longest
+/// object.
+constexpr double kRegionRadius_m = 0.15;
 /// Points below this height above the table are noise and mixed points, not objects.
 constexpr double kStands_m = 0.015;
 /// Margin above the highest point, so that the space over it belongs to the region.
@@ -52,17 +55,11 @@ void ReadLook(base::YamlMap map, WristViewOptions& options) {
                "cannot be used with look.hand_eye, which has the pose of the head and its error");
     }
   }
-  map.Read("refine", options.refine,
-           "align each view with the earlier ones; off: use the arm's pose");
-  map.ReadScaled("region_radius_mm", options.region_radius_m, kMm, 20.0, 500.0,
-                 "radius of the space around the highest object for which views are chosen");
   map.Read("until_probability", options.until_probability, 0.0, 1.0,
            "grasping: take no further view once the best grasp's predicted probability of delivery "
            "reaches this value, and use the most promising detection; 1: take all views");
   map.ReadScaled("min_gain_cm3", options.next.min_gain_m3, kCm3, 0.0, 1e6,
                  "minimum new space that a view must see there");
-  map.ReadScaled("cell_mm", options.next.cell_m, kMm, 2.0, 50.0,
-                 "cell size for counting this space");
   map.Finish();
 }
 
@@ -156,7 +153,7 @@ std::optional<Eigen::AlignedBox3d> WristScanner::RegionOfHighest(
 Eigen::AlignedBox3d WristScanner::RegionAbout(const Eigen::Vector3d& place_W,
                                               const geometry::Observation& so_far) const {
   const double table_z_m = robot_.X_WWorkspace.translation().z();
-  const double radius_m = look_.region_radius_m;
+  const double radius_m = kRegionRadius_m;
   double top_m = std::max(place_W.z(), table_z_m + kStands_m);
   ForEachPoint(so_far, [&](const Eigen::Vector3d& p) {
     const bool near = (p - place_W).head<2>().norm() < radius_m;
@@ -204,8 +201,7 @@ Refinement WristScanner::Add(trial::Sensed look, trial::Sensed& to) const {
   refine.error.turn_rad =
       rms({mount_error_rad_, scanner.calibration_sigma_rad, fixed.calibration_sigma_rad});
   geometry::View& view = look.observation.views.front();
-  Refinement refinement;
-  if (look_.refine) refinement = Refine(to.observation, view, box_W, refine);
+  const Refinement refinement = Refine(to.observation, view, box_W, refine);
   to.observation.views.push_back(Moved(std::move(view), refinement.X_by));
   to.truth.push_back(std::move(look.truth.front()));
   return refinement;

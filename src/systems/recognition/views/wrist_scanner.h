@@ -23,8 +23,6 @@ struct WristViewOptions {
   double mount_sigma_m = 0.001;  ///< mounted by hand, according to a drawing
   double mount_sigma_rad = base::Deg(0.3);
   std::filesystem::path hand_eye;
-  bool refine = true;              ///< views/merge.h
-  double region_radius_m = 0.15;   ///< half of the longest object
   double until_probability = 1.0;  ///< stops when the best grasp reaches it; 1: all views are taken
   NextViewOptions next;
 };
@@ -55,8 +53,7 @@ class WristScanner {
   /// A box about the highest point that was seen above the table within the workspace, down to the
   /// table; nullopt if there is none.
   std::optional<Eigen::AlignedBox3d> RegionOfHighest(const geometry::Observation& so_far) const;
-  /// The same about any position: WristViewOptions::region_radius_m around it, from the table to
-  /// the highest point seen there.
+  /// The same about any position, from the table to the highest point seen there.
   Eigen::AlignedBox3d RegionAbout(const Eigen::Vector3d& place_W,
                                   const geometry::Observation& so_far) const;
 
@@ -64,7 +61,7 @@ class WristScanner {
   /// has the arm's own error, drawn for each scan, and the mount's, drawn once per scanner.
   trial::Sensed Scan(const sim::World& world);
   /// Moves the arm to the next best view of a region, scans, and adds the scan to the earlier
-  /// views; its pose is corrected by their overlap, if the options enable this.
+  /// views; its pose is corrected by their overlap (views/merge.h).
   /// @param q  the arm's configuration; receives the new one
   /// @return nullopt if no view is worth the motion; not arrived if the arm met something
   /// unexpected, and stays where it was stopped

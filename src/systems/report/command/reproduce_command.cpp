@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,7 +9,6 @@
 
 #include "base/error.h"
 #include "base/installation.h"
-#include "base/stopwatch.h"
 #include "base/words.h"
 #include "cli/output.h"
 #include "cli/run.h"
@@ -21,66 +19,6 @@ namespace rangegrasp::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The cases to run, of one experiment or of several together.
-struct PlannedCases {
-  int all = 0;          // finished or not
-  int stored = 0;       // finished by an earlier run
-  double left_s = 0.0;  // estimated time of the remaining ones
-};
-
-// Weight of the plan: as if this much of it had come true before anything was measured [s].
-constexpr double kTrust_s = 20.0;
-
-// Progress of several runs: on a terminal a line with the remaining time of all, otherwise a
-// message at the start of each run.
-class ReproduceProgress {
- public:
-  explicit ReproduceProgress(const PlannedCases& all) : all_(all) {}
-
-  // Starts a run.
-  // @param name  e.g. "table 5.2"
-  void Begin(const std::string& name, const PlannedCases& run) {
-    name_ = name;
-    run_ = run;
-    done_ = 0;
-    if (isatty(STDERR_FILENO)) return;
-    spdlog::info("{}: {}, {} of them done; {} of {} are in earlier tables, about {} left", name_,
-                 base::Counted(run_.all, "case"), run_.stored, before_, all_.all, LeftText());
-  }
-  void OneDone() {
-    ++done_;
-    const double planned_s = run_.left_s / (run_.all - run_.stored);
-    all_.left_s -= planned_s;
-    spent_s_ += planned_s;
-    if (!isatty(STDERR_FILENO)) return;
-    fmt::print(stderr, "\r{}: {} of {} cases; {} of {} in all, about {} left\033[K", name_,
-               run_.stored + done_, run_.all, before_ + run_.stored + done_, all_.all, LeftText());
-    std::fflush(stderr);
-  }
-  // Ends a run, whether or not all of its cases were run.
-  void End() {
-    const int open = run_.all - run_.stored;
-    if (open > 0) all_.left_s -= run_.left_s * (open - done_) / open;
-    before_ += run_.all;
-    if (isatty(STDERR_FILENO)) fmt::print(stderr, "\r\033[K");
-  }
-
- private:
-  std::string LeftText() const {
-    const double left_s = all_.left_s * (watch_.Seconds() + kTrust_s) / (spent_s_ + kTrust_s);
-    return left_s < 90.0 ? fmt::format("{:.0f} s", left_s)
-                         : fmt::format("{:.0f} min", left_s / 60.0);
-  }
-
-  PlannedCases all_;
-  PlannedCases run_;
-  std::string name_;
-  base::Stopwatch watch_;
-  int done_ = 0;          // finished cases of this run, without the stored ones
-  int before_ = 0;        // cases of earlier runs
-  double spent_s_ = 0.0;  // planned time of the finished cases
-};
 
 using experiment::PublishedTable;
 using experiment::ReproducedTable;
@@ -117,8 +55,6 @@ std::string NameOf(const PublishedTable& run, const std::vector<PublishedTable>&
   }
   return "table " + base::Join(numbers);
 }
-
-int JobsOf(const PublishedTable& run, int jobs) { return run.is_of_times ? 1 : jobs; }
 
 // The experiment's own message names a key that this command does not have.
 void CheckBenchmark(const fs::path& folder) {
@@ -176,19 +112,10 @@ class Reproducer {
         tables_(experiment::ChosenTables(arguments_.tables)) {}
 
   void RunAll() {
-    const auto runs = RunsOf(tables_);
-    PlannedCases all;
-    for (const PublishedTable& run : runs) {
-      const PlannedCases planned = PlanOf(run);
-      all.all += planned.all;
-      all.stored += planned.stored;
-      all.left_s += planned.left_s;
-    }
-    ReproduceProgress progress(all);
-    for (const PublishedTable& run : runs) {
-      progress.Begin(NameOf(run, tables_), PlanOf(run));
-      RunOne(run, progress);
-      progress.End();
+    for (const PublishedTable& run : RunsOf(tables_)) {
+      spdlog::info("{}: {}, {} of them done", NameOf(run, tables_),
+                   base::Counted(CasesOf(run), "case"), StoredOf(run));
+      RunOne(run);
       WritePage();
     }
   }
@@ -243,21 +170,17 @@ class Reproducer {
         [&](const PublishedTable& table) { return IsAsked(table) || WasRun(table); });
     return shown;
   }
-  PlannedCases PlanOf(const PublishedTable& run) const {
-    PlannedCases planned{.all = CasesOf(run)};
+  // The number of cases that an earlier command finished.
+  int StoredOf(const PublishedTable& run) const {
+    int stored = 0;
     for (const auto& folder : experiment::StoresIn(FolderOf(run))) {
-      if (Store::Exists(folder)) planned.stored += Store::Open(folder).Count();
+      if (Store::Exists(folder)) stored += Store::Open(folder).Count();
     }
-    planned.stored = std::min(planned.stored, planned.all);
-    planned.left_s = (planned.all - planned.stored) * run.case_s / JobsOf(run, arguments_.jobs);
-    return planned;
+    return stored;
   }
 
-  void RunOne(const PublishedTable& run, ReproduceProgress& progress) {
-    const RunIntoOptions options{
-        .jobs = JobsOf(run, arguments_.jobs), .resume = true, .progress = [&](int, int) {
-          return [&](int, int, const experiment::Record&) { progress.OneDone(); };
-        }};
+  void RunOne(const PublishedTable& run) {
+    const RunIntoOptions options{.jobs = run.is_of_times ? 1 : arguments_.jobs, .resume = true};
     try {
       const auto file = base::FindExperiment(run.experiment);
       const auto changes = ChangesOf(run, arguments_);

@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -26,13 +25,11 @@
 namespace rangegrasp::cli {
 namespace {
 
-using seam::ProfileFileOptions;
 using seam::SeamExperiment;
 
 struct GenerateArguments {
   std::string experiment, out;
   int seam = 0;
-  std::optional<std::uint64_t> seed;
   bool raw = false, body = false;
 
   std::filesystem::path Beside(const char* ending) const {
@@ -49,15 +46,14 @@ void GenerateBody(const SeamExperiment& experiment, const GenerateArguments& arg
     rows.push_back({scan.profile.row_px, 0.0});
     bases += fmt::format("{},{:.6f}\n", rows.size(), scan.base_height_m * base::kMmPerM);
   }
-  seam::WriteProfiles(rows, arguments.out, RowFileOptions());
+  seam::WriteProfiles(rows, arguments.out, kRowUnit);
   WriteResult(bases, arguments.Beside(".bases.csv"));
   spdlog::info("{} of the calibration body in {}, its heights in a file next to it",
                base::Counted(rows.size(), "scan"), arguments.out);
 }
 
 void Generate(const GenerateArguments& arguments) {
-  SeamExperiment experiment = seam::ReadSeamExperiment(arguments.experiment);
-  if (arguments.seed) experiment.seed = *arguments.seed;
+  const SeamExperiment experiment = seam::ReadSeamExperiment(arguments.experiment);
   if (arguments.body) return GenerateBody(experiment, arguments);
   const seam::StripeSensor sensor(experiment.sensor);
   const seam::Calibration calibration = seam::CalibrationOf(experiment, sensor);
@@ -68,7 +64,7 @@ void Generate(const GenerateArguments& arguments) {
                                      : seam::Calibrate(raw, calibration));
   }
   seam::WriteProfiles(profiles, arguments.out,
-                      arguments.raw ? RowFileOptions() : ProfileFileOptions{});
+                      arguments.raw ? kRowUnit : seam::HeightScale{}.unit_m);
   WriteResult(seam::LabelsCsv(recording), arguments.Beside(".labels.csv"));
   if (arguments.raw) seam::WriteCalibration(calibration, arguments.Beside(".calibration.yaml"));
   spdlog::info("{} in {}, their labels in a file next to it",
@@ -81,22 +77,14 @@ struct CalibrateArguments {
   std::optional<double> step_width_mm;
 };
 
-/// Farther from the sensor than any stripe sensor measures: a wrong unit or column.
-constexpr double kMaxBase_mm = 10000.0;
-
 std::vector<seam::CalibrationScan> ReadScans(const CalibrateArguments& arguments) {
   const auto rows = seam::ReadProfileFile(arguments.scans, RowFileOptions()).rows;
   const auto bases = base::CsvTable::Read(arguments.bases);
   const std::size_t base = bases.Column("base_mm");
   std::vector<seam::CalibrationScan> scans;
   for (std::size_t i = 0; i < bases.rows(); ++i) {
-    const double base_mm = bases.Number(i, base);
-    if (std::abs(base_mm) > kMaxBase_mm) {
-      bases.Fail(i, base, fmt::format("must be {:g} to {:g} mm", -kMaxBase_mm, kMaxBase_mm));
-    }
-    if (i < rows.size()) {
-      scans.push_back({{rows[i].profile.height_m, 0.0}, base_mm / base::kMmPerM});
-    }
+    const double base_m = bases.Number(i, base) / base::kMmPerM;
+    if (i < rows.size()) scans.push_back({{rows[i].profile.height_m, 0.0}, base_m});
   }
   if (rows.size() == bases.rows()) return scans;
   throw base::InputError(fmt::format("{}: has the heights of {}, but {} has {}", arguments.bases,
@@ -151,12 +139,9 @@ void AddSeamGenerate(CLI::App& seam) {
   auto* command = seam.add_subcommand("generate", "Simulate profiles of one seam, with labels.");
   auto arguments = std::make_shared<GenerateArguments>();
   command->add_option("experiment", arguments->experiment, "seam experiment file")->required();
-  command->add_option("-o,--out", arguments->out, "output profiles: .csv, or .png with 16 bits")
-      ->required();
+  command->add_option("-o,--out", arguments->out, "output profiles (CSV)")->required();
   command->add_option("--seam", arguments->seam, "number of the seam, from 0")
       ->transform(WholeNumber(0, std::numeric_limits<int>::max()));
-  command->add_option("--seed", arguments->seed, "overrides the seed of the experiment")
-      ->transform(WholeNumber());
   command->add_flag("--raw", arguments->raw,
                     "write camera rows, with the calibration in a file next to them");
   command->add_flag("--body", arguments->body, "scan the calibration body instead of a seam");

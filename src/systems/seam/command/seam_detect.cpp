@@ -144,14 +144,6 @@ void AddTextOptions(CLI::App& command, DetectArguments& arguments) {
   AddKey(command, arguments, "--layout", "layout", kTextGroup,
          "rows of heights, rows of x,height pairs, one point x,height per line, or columns (rows)")
       ->check(CLI::IsMember(base::WordList<seam::TextLayout>()));
-  AddKey(command, arguments, "--separator", "separator", kTextGroup, "separator of columns (auto)")
-      ->check(CLI::IsMember(base::WordList<seam::TextSeparator>()));
-  AddKey(command, arguments, "--header-lines", "header_lines", kTextGroup,
-         "number of header lines; the last one has the column names (0)");
-  AddKey(command, arguments, "--time-column", "time_column", kTextGroup,
-         "number, from 1, or name of the time column; times in s");
-  AddKey(command, arguments, "--encoder-column", "encoder_column", kTextGroup,
-         "number or name of the encoder column; see file.encoder_mm, file.feed_mm_per_s");
   AddKeyFlag(command, arguments, "--decimal-comma", "decimal_comma", kTextGroup,
              "numbers have a decimal comma: 1,5");
 }
@@ -167,10 +159,6 @@ void AddFormatOptions(CLI::App& command, DetectArguments& arguments) {
          "height of a grey level, mm (0.001; floating point: 1)");
   AddKey(command, arguments, "--image-offset", "image_offset_mm", kImageGroup,
          "height of level 0, mm (-32768 levels; signed, floating point: 0)");
-  AddKey(command, arguments, "--min-height", "min_height_mm", kBothGroup,
-         "minimum valid height, mm (-200)");
-  AddKey(command, arguments, "--max-height", "max_height_mm", kBothGroup,
-         "maximum valid height, mm (200)");
   const auto set_no_values = [&arguments](const std::vector<std::string>& values) {
     SetKey(arguments, "no_values", "[" + base::Join(values) + "]");
   };
@@ -569,7 +557,7 @@ std::vector<base::KeyDoc> DocumentedKeys() {
 
 seam::ProfileFileOptions RowFileOptions() {
   seam::ProfileFileOptions options;
-  options.text.scale.unit_m = 1.0;
+  options.text.scale.unit_m = kRowUnit;
   options.grey = {1.0 / 64.0, 0.0, {0.0}};
   options.signed_grey = {1.0 / 64.0, 0.0, {0.0}};
   options.real = {1.0, 0.0, {}};

@@ -9,6 +9,8 @@
 
 namespace rangegrasp::cli {
 
+/// Unit of camera rows in a text.
+inline constexpr double kRowUnit = 1.0;
 /// File options for camera rows: no unit, any row; images have 64 grey levels per row.
 seam::ProfileFileOptions RowFileOptions();
 

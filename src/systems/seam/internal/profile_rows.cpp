@@ -315,7 +315,7 @@ class TextRows {
     if (comma && !options_.text.decimal_comma) {
       fault += "; for a decimal comma use decimal_comma (--decimal-comma)";
     }
-    if (row_ == 0) fault += "; for a header use header_lines (--header-lines)";
+    if (row_ == 0) fault += "; for a header use header_lines";
     throw InputError(fault);
   }
 
@@ -331,10 +331,9 @@ class TextRows {
       const std::string shown = Quoted(fields[static_cast<std::size_t>(field)]);
       // Camera rows have no unit, and a unit that was given is not in doubt.
       const bool default_unit = options_.text.scale.unit_m == HeightScale{}.unit_m;
-      throw InputError(
-          fmt::format("column {}: {} {}{}{}", field + 1, shown, error.what(),
-                      default_unit ? "; for another unit use unit_mm (--unit um or --unit m)" : "",
-                      LimitsCure(options_)));
+      throw InputError(fmt::format(
+          "column {}: {} {}{}", field + 1, shown, error.what(),
+          default_unit ? "; for another unit use unit_mm (--unit um or --unit m)" : ""));
     }
   }
 
@@ -554,19 +553,11 @@ float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions
     return static_cast<float>(options.away ? -height : height);
   }
   throw InputError(
-      fmt::format("is out of range; it must be from {:.6g} to {:.6g}; if it stands for a missing "
-                  "value use no_values (--no-value {:.10g})",
+      fmt::format("is out of range; it must be from {:.6g} to {:.6g} (min_height_mm, "
+                  "max_height_mm); if it stands for a missing value use no_values (--no-value "
+                  "{:.10g})",
                   options.min_height_m / scale.unit_m + scale.zero,
                   options.max_height_m / scale.unit_m + scale.zero, number));
-}
-
-std::string LimitsCure(const ProfileFileOptions& options) {
-  const ProfileFileOptions defaults;
-  if (options.min_height_m != defaults.min_height_m &&
-      options.max_height_m != defaults.max_height_m) {
-    return "";
-  }
-  return "; for larger heights use min_height_mm, max_height_mm (--min-height, --max-height)";
 }
 
 std::optional<RawRow> TakeFirst(std::deque<RawRow>& rows) {

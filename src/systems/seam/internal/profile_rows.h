@@ -35,10 +35,6 @@ std::string WidthFault(std::size_t columns, int expected);
 /// @throws base::InputError if it is out of range; the caller names the number.
 float HeightOf(double number, const HeightScale& scale, const ProfileFileOptions& options);
 
-/// The cure for true heights that HeightOf refuses, as the end of a message. Empty if both limits
-/// were given; those of camera rows are.
-std::string LimitsCure(const ProfileFileOptions& options);
-
 /// Removes and returns the first row, if there is one.
 std::optional<RawRow> TakeFirst(std::deque<RawRow>& rows);
 

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "base/words.h"
 #include "seam/stitching/internal/control_unit.h"
@@ -13,17 +11,6 @@
 
 namespace rangegrasp::seam {
 namespace {
-
-// ---- packets ----
-
-// The shortest text that reads back as the same number.
-std::string Text(double value) {
-  if (!std::isfinite(value)) {
-    throw std::invalid_argument("correction packet: numbers must be finite");
-  }
-  std::array<char, 32> text;
-  return {text.begin(), std::to_chars(text.begin(), text.end(), value).ptr};
-}
 
 // ---- the loop ----
 
@@ -151,7 +138,6 @@ constexpr double kNoDistance = std::numeric_limits<double>::quiet_NaN();
 constexpr double kEdgeSpacing_m = 0.1e-3;
 // Search range along y, beyond the wanted distance, for the nearest point of an edge.
 constexpr double kReach_m = 20e-3;
-constexpr double kErrorQuantile = 0.95;
 
 double ToSegment(const Point& p, const Point& a, const Point& b) {
   const Point along = b - a;
@@ -216,10 +202,8 @@ void Summarise(std::vector<Piece> pieces, TrackResult& result) {
   double total = 0.0;
   for (const Piece& piece : pieces) total += piece.length_m;
   if (total <= 0.0) return;
-  double done = 0.0, sum = 0.0, good = 0.0;
+  double sum = 0.0, good = 0.0;
   for (const Piece& piece : pieces) {
-    if (done < kErrorQuantile * total) result.p95_error_m = piece.error_m;
-    done += piece.length_m;
     sum += piece.error_m * piece.length_m;
     if (piece.error_m <= kGood_m) good += piece.length_m;
   }
@@ -233,8 +217,7 @@ void Summarise(std::vector<Piece> pieces, TrackResult& result) {
 std::string ToXml(const Correction& correction) {
   std::string elements = fmt::format(
       "<time_s>{}</time_s><valid>{}</valid><edge_x_m>{}</edge_x_m><deviation_m>{}</deviation_m>",
-      Text(correction.time_s), correction.valid, Text(correction.edge_x_m),
-      Text(correction.deviation_m));
+      correction.time_s, correction.valid, correction.edge_x_m, correction.deviation_m);
   if (correction.sure) elements += fmt::format("<sure>{}</sure>", *correction.sure);
   if (correction.stop) elements += fmt::format("<stop>{}</stop>", base::Word(*correction.stop));
   return "<correction>" + elements + "</correction>\n";

@@ -24,7 +24,6 @@ struct Correction {
   std::optional<StopReason> stop;
 };
 /// One line, so that a stream of packets can be split at its line ends; numbers read back the same.
-/// @throws std::invalid_argument for a number that is not finite.
 std::string ToXml(const Correction& correction);
 
 /// Limits of the stitching head. The dissertation gives the robot's 2 m/s (section 3.1.2), but not
@@ -63,7 +62,6 @@ struct TrackScore {
   TrackEnd end = TrackEnd::kDone;
   bool reached_hazard = false;  ///< the needle passed the mats' end or touched an obstacle
   double mean_error_m = 0.0;
-  double p95_error_m = 0.0;
   double max_error_m = 0.0;
   double share_within_1mm = 0.0;  ///< of the path's length
 };

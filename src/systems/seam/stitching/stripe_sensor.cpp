@@ -7,7 +7,6 @@
 #include <functional>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 
 #include "base/units.h"
 #include "base/words.h"
@@ -17,7 +16,6 @@ namespace rangegrasp::seam {
 namespace {
 
 using base::kMm;
-using Options = StripeSensorOptions;
 
 // ---- options ----
 
@@ -29,9 +27,8 @@ constexpr double kLineSlack_mm = 1e-6;  // rounding of a bound by conversion to 
 // on the height more than a calibration that is linear in the height can model.
 constexpr double kMinDepthShare = 0.5;
 
-// Reads the keys that are numbers, or checks them (base::RangeCheck). The ranges reject wrong
-// units; CheckRelations may still reject accepted values.
-void ReadNumbers(auto& map, Options& o) {
+// The ranges reject wrong units; CheckRelations may still reject accepted values.
+void ReadNumbers(base::YamlMap& map, StripeSensorOptions& o) {
   map.Read("columns", o.line.columns, kMinColumns, kMaxPixels,
            "number of columns of the camera, along the line");
   map.ReadScaled("columns_per_mm", o.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
@@ -68,30 +65,30 @@ void ReadNumbers(auto& map, Options& o) {
            "share of these that show the previous line; the others are in a random row");
 }
 
-double RowFromMiddle(const Options& options, double height_m) {
+double RowFromMiddle(const StripeSensorOptions& options, double height_m) {
   const double depth = options.standoff_m - height_m * std::cos(options.angle_rad);
   const double focal = options.line.columns_per_m * options.standoff_m;
   return focal * height_m * std::sin(options.angle_rad) / depth;
 }
 
-// Calls fail(key, what is wrong with it) for options that are inconsistent.
-void CheckRelations(const Options& options, const auto& fail) {
-  if (options.lines_ahead_m.empty()) fail("lines_ahead_mm", "must have at least one line");
+// Fails for options that are inconsistent.
+void CheckRelations(const base::YamlMap& map, const StripeSensorOptions& options) {
+  if (options.lines_ahead_m.empty()) map.Fail("lines_ahead_mm", "must have at least one line");
   for (const double ahead : options.lines_ahead_m) {
     const double ahead_mm = ahead / kMm;
     if (ahead_mm >= -kLineSlack_mm && ahead_mm <= kMaxLineAhead_mm + kLineSlack_mm) continue;
-    fail("lines_ahead_mm",
-         fmt::format("{:g} is out of range, must be from 0 to {:g}", ahead_mm, kMaxLineAhead_mm));
+    map.Fail("lines_ahead_mm", fmt::format("{:g} is out of range, must be from 0 to {:g}", ahead_mm,
+                                           kMaxLineAhead_mm));
   }
   if (options.rate_min_hz > options.rate_max_hz)
-    fail("rate_min_hz", "must not be above rate_max_hz");
+    map.Fail("rate_min_hz", "must not be above rate_max_hz");
   if (options.range_above_m * std::cos(options.angle_rad) > kMinDepthShare * options.standoff_m) {
-    fail("range_above_mm", "comes nearer to the camera than half of standoff_mm");
+    map.Fail("range_above_mm", "comes nearer to the camera than half of standoff_mm");
   }
   const char* unseen = "is not visible: more rows or a smaller range are needed";
   const double half = 0.5 * (options.rows - 1);
-  if (RowFromMiddle(options, options.range_above_m) > half) fail("range_above_mm", unseen);
-  if (-RowFromMiddle(options, -options.range_below_m) > half) fail("range_below_mm", unseen);
+  if (RowFromMiddle(options, options.range_above_m) > half) map.Fail("range_above_mm", unseen);
+  if (-RowFromMiddle(options, -options.range_below_m) > half) map.Fail("range_below_mm", unseen);
 }
 
 // YamlMap can only read lists of words.
@@ -243,21 +240,15 @@ StripeSensorOptions ReadStripeSensor(const std::filesystem::path& file) {
   ReadLines(map, options.lines_ahead_m);
   ReadNumbers(map, options);
   map.Finish();
-  CheckRelations(options,
-                 [&map](const std::string& key, const std::string& what) { map.Fail(key, what); });
+  CheckRelations(map, options);
   return options;
 }
 
-StripeSensor::StripeSensor(const StripeSensorOptions& options) : options_(options) {
-  const base::RangeCheck check("stripe sensor");
-  ReadNumbers(check, options_);
-  CheckRelations(options, [](const std::string& key, const std::string& what) {
-    throw std::invalid_argument("stripe sensor: " + key + ": " + what);
-  });
-  focal_px_ = options.line.columns_per_m * options.standoff_m;
-  cos_ = std::cos(options.angle_rad);
-  sin_ = std::sin(options.angle_rad);
-}
+StripeSensor::StripeSensor(const StripeSensorOptions& options)
+    : options_(options),
+      focal_px_(options.line.columns_per_m * options.standoff_m),
+      cos_(std::cos(options.angle_rad)),
+      sin_(std::sin(options.angle_rad)) {}
 
 double StripeSensor::Rate(const MatTexture& texture) const {
   return options_.rate_max_hz + texture.darkness * (options_.rate_min_hz - options_.rate_max_hz);
@@ -280,10 +271,6 @@ double StripeSensor::LateralAt(double column, double height_m) const {
 RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, double time_s,
                               const RawProfile* previous, base::Rng& rng) const {
   const auto columns = static_cast<std::size_t>(options_.line.columns);
-  if (previous && previous->row_px.size() != columns) {
-    throw std::invalid_argument(
-        "stripe sensor: the previous profile has another number of columns");
-  }
   const double ahead_x = std::cos(pose.heading_rad);
   const double ahead_y = std::sin(pose.heading_rad);
   RawProfile profile{std::vector<float>(columns, kNoRow), time_s};
@@ -321,7 +308,6 @@ RawProfile StripeSensor::Scan(const Mats& mats, const LinePose& pose, double tim
 
 std::vector<CalibrationScan> StripeSensor::ScanBody(const CalibrationBody& body, int distances,
                                                     base::Rng& rng) const {
-  if (distances < 2) throw std::invalid_argument("stripe sensor: distances must be at least 2");
   const double top = std::ranges::max(body.step_heights_m);
   const double low = -options_.range_below_m;
   const double high = std::max(low, options_.range_above_m - top);

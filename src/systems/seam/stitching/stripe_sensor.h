@@ -53,7 +53,6 @@ struct LinePose {
 
 class StripeSensor {
  public:
-  /// @throws std::invalid_argument naming the key of the sensor file that is out of range.
   explicit StripeSensor(const StripeSensorOptions& options);
   const StripeSensorOptions& options() const { return options_; }
   /// Measuring rate of the sensor, given by the exposure that these mats need [Hz].

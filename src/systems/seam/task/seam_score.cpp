@@ -21,23 +21,6 @@ constexpr double kCenterHalf = 0.25;
 // obstacle's border reach out by less.
 constexpr double kSeen_m = 0.002;
 
-double GoodBeside(const std::vector<TrackPoint>& path, const std::vector<double>& corners,
-                  double wanted_m) {
-  double good = 0.0;
-  for (std::size_t i = 1; i < path.size(); ++i) {
-    const TrackPoint& p = path[i];
-    if (!(std::abs(p.distance_m - wanted_m) <= kGood_m)) continue;
-    const double from = std::max(path[i - 1].y_m, path.front().y_m + kSettle_m);
-    double length = std::max(0.0, p.y_m - from);
-    for (const double corner : corners) {
-      length -=
-          std::max(0.0, std::min(p.y_m, corner + kCorner_m) - std::max(from, corner - kCorner_m));
-    }
-    good += std::max(0.0, length);
-  }
-  return good;
-}
-
 // Runs a function on the parsed text; anything missing there means a damaged store.
 auto From(const std::string& text, auto read) {
   try {
@@ -61,26 +44,13 @@ Tally TallyFrom(const ordered_json& json) {
   return tally;
 }
 
-constexpr std::array<std::pair<const char*, double RunResult::*>, 7> kRunNumbers = {
+constexpr std::array<std::pair<const char*, double RunResult::*>, 4> kRunNumbers = {
     {{"settled_m", &RunResult::settled_m},
      {"mean_error_m", &RunResult::mean_error_m},
-     {"p95_error_m", &RunResult::p95_error_m},
      {"max_error_m", &RunResult::max_error_m},
-     {"share_within_1mm", &RunResult::share_within_1mm},
-     {"rest_m", &RunResult::rest_m},
-     {"beside_corners_m", &RunResult::good_beside_corners_m}}};
+     {"share_within_1mm", &RunResult::share_within_1mm}}};
 
 }  // namespace
-
-// At a corner, the path at the wanted distance from the circle meets that from the straight edge.
-std::vector<double> CornersOf(const SeamExperiment& experiment) {
-  const double radius = experiment.half_circle_radius_m;
-  if (radius <= 0.0) return {};
-  const double wanted = experiment.track.wanted_distance_m;
-  const double apart = std::sqrt((radius + wanted) * (radius + wanted) - wanted * wanted);
-  const double middle = 0.5 * experiment.track.length_m;
-  return {middle - apart, middle + apart};
-}
 
 std::string TitleOf(DecisionMethod decision) {
   constexpr std::array<const char*, kDecisions.size()> kTitles = {
@@ -179,10 +149,6 @@ RunResult ScoreRun(const SeamExperiment& experiment, const TrackedRun& tracked) 
   const double sees_to_m = last.y_m + experiment.sensor.lines_ahead_m.front();
   result.stopped_early = track.end != TrackEnd::kDone && sees_to_m < begin_m - kSeen_m;
   result.settled_m = std::max(0.0, last.y_m - track.path.front().y_m - kSettle_m);
-  result.rest_m = last.y_m;
-  const auto corners = CornersOf(experiment);
-  const double wanted_m = experiment.track.wanted_distance_m;
-  if (!corners.empty()) result.good_beside_corners_m = GoodBeside(track.path, corners, wanted_m);
   return result;
 }
 

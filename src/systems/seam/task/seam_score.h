@@ -65,15 +65,7 @@ struct RunResult : TrackScore {
   SeamParams params = {};      ///< as given to RunResultFrom; ScoreRun leaves it empty
   bool stopped_early = false;  ///< stopped although no hazard was in the sensor's view
   double settled_m = 0.0;      ///< along the track, after the first kSettle_m
-  double rest_m = 0.0;         ///< where along the track the head came to rest
-  /// Half circles: length along the track, after the first kSettle_m, that was followed within 1
-  /// mm, without the parts within kCorner_m of a corner.
-  double good_beside_corners_m = 0.0;
 };
-/// Corners of a half circle: rounding and smoothing reach this far from them.
-inline constexpr double kCorner_m = 6e-3;
-/// Positions along the track of the corners of a half circle's seam; none without a half circle.
-std::vector<double> CornersOf(const SeamExperiment& experiment);
 
 /// The reading of each decision method for one profile.
 using Readings = std::array<Reading, kDecisions.size()>;

@@ -54,16 +54,13 @@ std::optional<double> NumberAt(const Published& published, const std::string& ro
 constexpr const char* kProfilesPerSeam = "profiles_per_seam";
 constexpr const char* kColumnsPerMeter = "columns_per_m";
 constexpr const char* kWantedLength = "wanted_m";
-constexpr const char* kBesideCorners = "beside_corners_m";
 
 // Data of the experiment from the stamp.
 struct Facts {
   SeamKind kind;
-  std::vector<EdgeShape> shapes;  // each once, in their order
   int profiles_per_seam;
-  std::size_t millimeter;         // the tolerance that is nearest to 1 mm: 12 px or 18 px
-  double wanted_m;                // length of a run's path to be followed after settling
-  double beside_corners_m = 0.0;  // part of it away from a half circle's corners
+  std::size_t millimeter;  // the tolerance that is nearest to 1 mm: 12 px or 18 px
+  double wanted_m;         // length of a run's path to be followed after settling
   Published reference, improvements, runtimes;
 };
 
@@ -83,21 +80,13 @@ Number StampNumber(const std::string& text, const char* name) {
 
 Facts FactsOf(const Stamp& stamp) {
   const auto at = [&](const char* name) { return experiment::Need(stamp.data, name); };
-  const std::string beside_corners = experiment::ValueOr(stamp.data, kBesideCorners, "0");
-  Facts facts{
-      base::FromWord<SeamKind>(at("kind"), "kind"),
-      {},
-      StampNumber<int>(at(kProfilesPerSeam), kProfilesPerSeam),
-      NearestTolerance(base::kMm * StampNumber<double>(at(kColumnsPerMeter), kColumnsPerMeter)),
-      StampNumber<double>(at(kWantedLength), kWantedLength),
-      StampNumber<double>(beside_corners, kBesideCorners),
-      ReadPublished(at("reference"), at("reference_file")),
-      ReadPublished(at("improvements"), at("improvements_file")),
-      ReadPublished(at("runtimes"), at("runtimes_file"))};
-  for (const std::string& word : base::Split(at("shapes"), ',')) {
-    facts.shapes.push_back(base::FromWord<EdgeShape>(word, "shapes"));
-  }
-  return facts;
+  return {base::FromWord<SeamKind>(at("kind"), "kind"),
+          StampNumber<int>(at(kProfilesPerSeam), kProfilesPerSeam),
+          NearestTolerance(base::kMm * StampNumber<double>(at(kColumnsPerMeter), kColumnsPerMeter)),
+          StampNumber<double>(at(kWantedLength), kWantedLength),
+          ReadPublished(at("reference"), at("reference_file")),
+          ReadPublished(at("improvements"), at("improvements_file")),
+          ReadPublished(at("runtimes"), at("runtimes_file"))};
 }
 
 bool Failed(const Record& record) {
@@ -215,7 +204,9 @@ Section ShapesSection(const Facts& facts, const std::vector<SeamResult>& seams) 
   Section section =
       NumberSection("By shape of the edge: within 1 mm, in %; reported as having no edge, in %",
                     std::move(header));
-  for (const EdgeShape shape : facts.shapes) {
+  std::set<EdgeShape> shapes;
+  for (const SeamResult& seam : seams) shapes.insert(seam.params.shape);
+  for (const EdgeShape shape : shapes) {
     std::vector<SeamResult> alike = seams;
     std::erase_if(alike, [shape](const SeamResult& seam) { return seam.params.shape != shape; });
     int profiles = 0;
@@ -392,70 +383,33 @@ std::map<DecisionMethod, std::vector<RunResult>> ByMethod(const std::vector<RunR
 
 // Means over the length of all runs, and the maximum error of all runs.
 Cells TracksRow(const Facts& facts, const std::vector<RunResult>& runs, DecisionMethod method) {
-  double mean = 0.0, p95 = 0.0, max = 0.0, within = 0.0, length = 0.0;
+  double mean = 0.0, max = 0.0, within = 0.0, length = 0.0;
   std::vector<Part> parts;
   for (const RunResult& run : runs) {
     length += run.settled_m;
     mean += run.settled_m * run.mean_error_m;
-    p95 += run.settled_m * run.p95_error_m;
     max = std::max(max, run.max_error_m);
     within += run.settled_m * run.share_within_1mm;
     parts.push_back({run.settled_m * run.share_within_1mm, facts.wanted_m});
   }
-  const double n = std::max(1e-9, length);  // so that zero length gives 0
   const double wanted = static_cast<int>(runs.size()) * facts.wanted_m;
   return {TitleOf(method),
           Text(runs.size()),
           Text(std::ranges::count(runs, TrackEnd::kDone, &RunResult::end)),
           Text(std::ranges::count(runs, true, &RunResult::stopped_early)),
-          Fixed(mean / n * base::kMmPerM, 3),
-          Fixed(p95 / n * base::kMmPerM, 3),
+          Fixed(mean / std::max(1e-9, length) * base::kMmPerM, 3),  // zero length gives 0
           Fixed(max * base::kMmPerM, 3),
-          Fixed(within / n * 100.0, 2),
           Fixed(within / wanted * 100.0, 2),
           ErrorCell(parts)};
 }
 
 Section TracksSection(const Facts& facts, const std::vector<RunResult>& runs) {
-  Section section = NumberSection(
-      "Closed loop after the first 100 mm: error of the seam's distance to the edge",
-      {"method", "runs", "to the end", "stopped early", "mean mm", "95 % mm", "max mm",
-       "within 1 mm, % of the length", "within 1 mm, % of the wanted length", "+-"});
+  Section section =
+      NumberSection("Closed loop after the first 100 mm: error of the seam's distance to the edge",
+                    {"method", "runs", "to the end", "stopped early", "mean mm", "max mm",
+                     "within 1 mm, % of the wanted length", "+-"});
   for (const auto& [method, its_runs] : ByMethod(runs)) {
     section.grid.rows.push_back(TracksRow(facts, its_runs, method));
-  }
-  return section;
-}
-
-// A half circle without its corners, where the edge turns by 90 degrees.
-Section CornersSection(const Facts& facts, const std::vector<RunResult>& runs) {
-  Section section =
-      NumberSection(fmt::format("Half circle, without the {:.0f} mm around its corners",
-                                kCorner_m * base::kMmPerM),
-                    {"method", "runs", "within 1 mm, % of the wanted length", "+-"});
-  for (const auto& [method, its_runs] : ByMethod(runs)) {
-    std::vector<Part> parts;
-    double good = 0.0;
-    for (const RunResult& run : its_runs) {
-      good += run.good_beside_corners_m;
-      parts.push_back({run.good_beside_corners_m, facts.beside_corners_m});
-    }
-    const double wanted = static_cast<double>(parts.size()) * facts.beside_corners_m;
-    section.grid.rows.push_back(
-        {TitleOf(method), Text(parts.size()), Fixed(good / wanted * 100.0, 2), ErrorCell(parts)});
-  }
-  return section;
-}
-
-Section EarlySection(const std::vector<RunResult>& runs) {
-  Section section = NumberSection(
-      "Runs that stopped early", {"run", "method", "hazard", "end", "at rest, mm along the track"});
-  for (const RunResult& run : runs) {
-    if (!run.stopped_early) continue;
-    section.grid.rows.push_back({Text(run.params.number), TitleOf(*run.params.method),
-                                 std::string(base::Word(run.params.hazard)),
-                                 std::string(base::Word(run.end)),
-                                 Fixed(run.rest_m * base::kMmPerM, 1)});
   }
   return section;
 }
@@ -463,17 +417,13 @@ Section EarlySection(const std::vector<RunResult>& runs) {
 Cells HazardsRow(std::vector<RunResult> runs, Hazard hazard, DecisionMethod method) {
   std::erase_if(runs, [hazard](const RunResult& run) { return run.params.hazard != hazard; });
   const auto early = static_cast<int>(std::ranges::count(runs, true, &RunResult::stopped_early));
-  int found = 0, other = 0;
-  for (const RunResult& run : runs) {
-    if (run.reached_hazard || run.end == TrackEnd::kDone || run.stopped_early) continue;
-    ++found;
-    other += base::Word(hazard) != base::Word(run.end) ? 1 : 0;
-  }
+  const auto found = static_cast<int>(std::ranges::count_if(runs, [](const RunResult& run) {
+    return !run.reached_hazard && run.end != TrackEnd::kDone && !run.stopped_early;
+  }));
   const int seen = static_cast<int>(runs.size()) - early;
   Cells row = {std::string(base::Word(hazard)), TitleOf(method), Text(runs.size())};
   for (const int count : {early, seen, found, seen - found}) row.push_back(Text(count));
   row.push_back(PercentText(found, seen, 2));
-  row.push_back(Text(other));
   return row;
 }
 
@@ -481,7 +431,7 @@ Section HazardsSection(const std::vector<RunResult>& runs) {
   Section section =
       NumberSection("Hazards: detected, with the head stopped before the needle reached them",
                     {"hazard", "method", "runs", "at rest before it was in view", "came into view",
-                     "found in time", "reached", "in time %", "found as the other"});
+                     "found in time", "reached", "in time %"});
   for (const Hazard hazard : {Hazard::kMatEnd, Hazard::kObstacle}) {
     for (const auto& [method, its_runs] : ByMethod(runs)) {
       section.grid.rows.push_back(HazardsRow(its_runs, hazard, method));
@@ -492,17 +442,16 @@ Section HazardsSection(const std::vector<RunResult>& runs) {
 
 std::string RunRows(const std::vector<RunResult>& runs, const std::vector<Record>& records) {
   std::string text =
-      "run,method,hazard,end,reached_hazard,stopped_early,settled_mm,mean_error_mm,p95_error_mm,"
-      "max_error_mm,share_within_1mm\n";
+      "run,method,hazard,end,reached_hazard,stopped_early,settled_mm,mean_error_mm,max_error_mm,"
+      "share_within_1mm\n";
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const RunResult& run = runs[i];
     text += fmt::format(
-        "{},{},{},{},{:d},{:d},{:.1f},{:.4f},{:.4f},{:.4f},{:.5f}\n", run.params.number,
+        "{},{},{},{},{:d},{:d},{:.1f},{:.4f},{:.4f},{:.5f}\n", run.params.number,
         TitleOf(*run.params.method), base::Word(run.params.hazard),
         Failed(records[i]) ? records[i].result.outcome : std::string(base::Word(run.end)),
         run.reached_hazard, run.stopped_early, run.settled_m * base::kMmPerM,
-        run.mean_error_m * base::kMmPerM, run.p95_error_m * base::kMmPerM,
-        run.max_error_m * base::kMmPerM, run.share_within_1mm);
+        run.mean_error_m * base::kMmPerM, run.max_error_m * base::kMmPerM, run.share_within_1mm);
   }
   return text;
 }
@@ -512,10 +461,6 @@ experiment::Report RunsReport(const Facts& facts, const std::vector<Record>& rec
   experiment::Report report;
   report.sections = {facts.kind == SeamKind::kTracks ? TracksSection(facts, runs)
                                                      : HazardsSection(runs)};
-  if (facts.beside_corners_m > 0.0) report.sections.push_back(CornersSection(facts, runs));
-  if (std::ranges::any_of(runs, &RunResult::stopped_early)) {
-    report.sections.push_back(EarlySection(runs));
-  }
   report.files.emplace_back("rows.csv", RunRows(runs, records));
   return report;
 }
@@ -533,22 +478,11 @@ void AddPublished(const std::string& name, const std::filesystem::path& file, St
 }  // namespace
 
 void AddTo(Stamp& stamp, const SeamExperiment& experiment) {
-  const double wanted_m = experiment.track.length_m - kSettle_m;
   stamp.identity["sensor_hash"] = base::Hex(base::Fnv1a(base::ReadFile(experiment.sensor_file)));
   stamp.data["kind"] = base::Word(experiment.kind);
-  std::vector<std::string> shapes;  // each once
-  for (const auto shape : std::set(experiment.shapes.begin(), experiment.shapes.end())) {
-    shapes.emplace_back(base::Word(shape));
-  }
-  stamp.data["shapes"] = base::Join(shapes, ",");
   stamp.data[kProfilesPerSeam] = Text(experiment.record.profiles);
   stamp.data[kColumnsPerMeter] = Text(experiment.sensor.line.columns_per_m);
-  stamp.data[kWantedLength] = Text(wanted_m);
-  const auto corners = CornersOf(experiment);
-  if (!corners.empty()) {
-    stamp.data[kBesideCorners] =
-        Text(wanted_m - 2.0 * kCorner_m * static_cast<double>(corners.size()));
-  }
+  stamp.data[kWantedLength] = Text(experiment.track.length_m - kSettle_m);
   AddPublished("reference", experiment.reference, stamp);
   AddPublished("improvements", experiment.improvements, stamp);
   AddPublished("runtimes", experiment.runtimes, stamp);

@@ -7,8 +7,8 @@
 
 namespace rangegrasp::seam {
 
-/// Adds to the stamp what ReportOf needs in addition to the records: the kind, the shapes, the
-/// published tables and a few lengths; adds the hash of the sensor's file to its identity.
+/// Adds to the stamp what ReportOf needs in addition to the records: the kind, the published
+/// tables and a few lengths; adds the hash of the sensor's file to its identity.
 void AddTo(experiment::Stamp& stamp, const SeamExperiment& experiment);
 
 /// The tables of a seam experiment next to the published ones: 3.1 to 3.3 and 3.5 for rates, errors

@@ -245,10 +245,10 @@ std::string DetailOf(const SeamResult& seam) {
 
 std::string DetailOf(const RunResult& run) {
   return fmt::format(
-      "end: {}; error after 100 mm: mean {:.3f} mm, 95 % {:.3f} mm, max {:.3f} mm; within 1 mm: "
+      "end: {}; error after 100 mm: mean {:.3f} mm, max {:.3f} mm; within 1 mm: "
       "{:.2f} % of the length",
-      base::Word(run.end), run.mean_error_m * kMmPerM, run.p95_error_m * kMmPerM,
-      run.max_error_m * kMmPerM, run.share_within_1mm * 100.0);
+      base::Word(run.end), run.mean_error_m * kMmPerM, run.max_error_m * kMmPerM,
+      run.share_within_1mm * 100.0);
 }
 
 class SeamRunner final : public experiment::Task {
@@ -335,7 +335,7 @@ class SeamRunner final : public experiment::Task {
     std::vector<Profile> profiles;
     for (const RawProfile& raw : recording.raw) profiles.push_back(Calibrate(raw, calibration_));
     base::WriteFile(replay.folder / id / "labels.csv", LabelsCsv(recording));
-    WriteProfiles(profiles, replay.folder / id / "profiles.csv", {});
+    WriteProfiles(profiles, replay.folder / id / "profiles.csv");
     EdgeTracker tracker(TrackerFor(experiment_, DecisionMethod::kWeights));
     const Reading reading = tracker.Update(profiles.front());
     base::WriteFile(replay.folder / id / "profile.svg",

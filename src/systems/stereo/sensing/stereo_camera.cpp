@@ -17,11 +17,8 @@ using base::kDeg;
 using base::kMm;
 
 constexpr char kType[] = "stereo_camera";
-constexpr char kPansAreOne[] = "left_pan_deg must be less than right_pan_deg";
 
-/// @tparam Source  reads the keys, or checks them.
-template <typename Source, typename Options>
-void ReadKeys(Source& from, Options& o) {
+void ReadKeys(base::YamlMap& from, StereoCameraOptions& o) {
   from.Read("width_px", o.width, 64, 8192, "columns of a picture");
   from.Read("height_px", o.height, 64, 8192, "rows of a picture");
   from.Read("focal_px", o.focal_px, 50.0, 50000.0, "focal length of the lens");
@@ -62,8 +59,6 @@ void ReadKeys(Source& from, Options& o) {
             "standard deviation of red, green and blue, of 255");
 }
 
-bool PansDiffer(const StereoCameraOptions& o) { return o.left_pan_rad < o.right_pan_rad; }
-
 constexpr int kShareBits = 8;
 constexpr int kShare = 1 << kShareBits;  // steps between two drawn pixels
 constexpr int kOneBits = 6;
@@ -100,17 +95,11 @@ StereoCameraOptions ReadStereoCamera(const std::filesystem::path& file) {
   StereoCameraOptions options;
   ReadKeys(map, options);
   map.Finish();
-  if (!PansDiffer(options)) {
-    map.Fail(map.Has("left_pan_deg") ? "left_pan_deg" : "right_pan_deg", kPansAreOne);
+  if (options.left_pan_rad >= options.right_pan_rad) {
+    map.Fail(map.Has("left_pan_deg") ? "left_pan_deg" : "right_pan_deg",
+             "left_pan_deg must be less than right_pan_deg");
   }
   return options;
-}
-
-void CheckOptions(const StereoCameraOptions& options) {
-  const std::string what = "stereo camera";
-  const base::RangeCheck check(what);
-  ReadKeys(check, options);
-  if (!PansDiffer(options)) throw std::invalid_argument(what + ": " + kPansAreOne);
 }
 
 LensMap::LensMap(const stereo::Camera& camera) : width_(camera.width) {
@@ -263,7 +252,7 @@ base::Pose CameraInHead(const StereoCameraOptions& options, double pan_rad) {
 }
 
 StereoCamera::StereoCamera(const StereoCameraOptions& options)
-    : options_((CheckOptions(options), options)),
+    : options_(options),
       lens_(LensOf(options)),
       map_(lens_),
       noise_(options.noise_levels * LensMap::kOne) {}

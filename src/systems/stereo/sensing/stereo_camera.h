@@ -68,10 +68,6 @@ struct StereoCameraOptions {
 /// @throws base::InputError like ReadLineScanner.
 StereoCameraOptions ReadStereoCamera(const std::filesystem::path& file);
 
-/// @throws std::invalid_argument naming the key (in the units of a sensor file) that is out of
-/// range, its value and its range.
-void CheckOptions(const StereoCameraOptions& options);
-
 /// Maps each pixel of a photograph to its place in a picture drawn without distortion (equations
 /// 5.10 to 5.12). The drawn picture has the lens's focal length and contains all that the lens
 /// sees.
@@ -144,7 +140,7 @@ base::Pose CameraInHead(const StereoCameraOptions& options, double pan_rad);
 /// darkened towards the corners, with sensor noise. Can be made once and used in forked processes.
 class StereoCamera {
  public:
-  /// @throws std::invalid_argument like CheckOptions, or if the distortion folds the picture.
+  /// @throws std::invalid_argument if the distortion folds the picture.
   explicit StereoCamera(const StereoCameraOptions& options);
 
   /// A renderer for many pictures of one world.

@@ -6,8 +6,8 @@
 
 #include "base/units.h"
 #include "base/words.h"
+#include "perception/perceive.h"
 #include "surveys/task/measures.h"
-#include "trial/registry.h"
 
 namespace rangegrasp::surveys {
 namespace {
@@ -31,33 +31,21 @@ const char* PoseOf(const Vector3d& axis_W) {
 
 ordered_json MeasureRotation(const trial::Cell& cell, const trial::Arrangement& scene,
                              std::uint64_t seed, Seconds& seconds) {
-  std::optional<perception::PerceivedObject> object;
-  std::map<std::string, int> free_grasps;
-  const auto look = [&](const perception::Scene& perceived, const std::vector<grasp::Grasp>& grasps,
-                        const geometry::Observation&) {
-    seconds = perceived.seconds;
-    if (!perceived.objects.empty()) object = perceived.objects.front();
-    for (const auto& g : grasps) {
-      free_grasps[std::string(base::Word(g.type))] += g.collides ? 0 : 1;
-    }
-  };
   const auto sensed = trial::Look(cell, scene.world, seed);
   base::Rng rng = trial::StageStream(seed, "perceive");
-  MakeDetector(cell.options, cell.robot, look)->Detect(sensed.observation, rng);
-
+  const auto perceived =
+      perception::Perceive(sensed.observation, cell.options.perception, rng,
+                           trial::WorkspaceOf(cell.robot, cell.options.workspace_margin_m));
+  seconds = perceived.seconds;
+  const auto* object = perceived.objects.empty() ? nullptr : &perceived.objects.front();
   const auto X_WO = scene.world.ObjectPose(scene.target);
   const Vector3d axis_W = X_WO.linear().col(2);
   ordered_json data = {{"pose", PoseOf(axis_W)},
-                       {"kind", object ? base::Word(object->kind) : "nothing"},
-                       {"open", object && object->open},
-                       {"free_grasps", free_grasps}};
+                       {"kind", object ? base::Word(object->kind) : "nothing"}};
   if (object && object->kind == perception::ObjectKind::kRotational) {
     const auto& axis = *object->axis;
     data["axis_error_rad"] = std::acos(std::min(1.0, std::abs(axis.direction_C.dot(axis_W))));
     data["center_error_m"] = (axis.center_C - X_WO.translation()).cross(axis_W).norm();
-    data["radius_m"] = axis.radius_m;
-    data["rim_fraction"] = axis.rim_fraction;
-    data["body_fraction"] = axis.body_fraction;
   }
   return data;
 }

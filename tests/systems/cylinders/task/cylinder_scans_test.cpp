@@ -4,8 +4,6 @@
 
 #include <Eigen/Geometry>
 
-#include "base/error.h"
-
 namespace rangegrasp::cylinders {
 namespace {
 
@@ -22,7 +20,6 @@ TEST(SyntheticScan, HasSoManyPointsOnTheSurfaceThatTheEyeSees) {
   base::Rng rng(3);
   const CylinderView view = SyntheticScan(shape, viewpoint, 5000, 0.0, rng);
   ASSERT_EQ(view.points.size(), 5000u);
-  ASSERT_EQ(view.lines.size(), 5000u);
   int end = 0;
   for (const auto& p : view.points) {
     EXPECT_LT(OffSurface(shape, p), 1e-9);
@@ -52,11 +49,6 @@ TEST(SyntheticScan, NoiseMovesPointsAlongTheirRays) {
   EXPECT_NEAR(std::sqrt(squares / 1000.0), 0.0005, 0.00006);
 }
 
-TEST(SyntheticScan, RefusesFewerThanThreePoints) {
-  base::Rng rng(1);
-  EXPECT_THROW(SyntheticScan({}, {}, 2, 0.0, rng), base::InputError);
-}
-
 TEST(ScannedCylinder, HasSoManyPointsNearTheSurfaceAndNoneOfTheTable) {
   const CylinderShape shape;
   base::Rng rng(3);
@@ -72,15 +64,11 @@ TEST(ScannedCylinder, HasSoManyPointsNearTheSurfaceAndNoneOfTheTable) {
 
 TEST(KeepEvenly, KeepsTheOrderAndTheEndsShare) {
   CylinderView view;
-  for (std::uint32_t i = 0; i < 100; ++i) {
-    view.points.emplace_back(i, 0.0, 0.0);
-    view.lines.push_back(i);
-  }
+  for (int i = 0; i < 100; ++i) view.points.emplace_back(i, 0.0, 0.0);
   KeepEvenly(25, view);
   ASSERT_EQ(view.points.size(), 25u);
   for (std::size_t i = 0; i < 25; ++i) {
     EXPECT_EQ(view.points[i].x(), static_cast<double>(4 * i + 3));
-    EXPECT_EQ(view.lines[i], 4 * i + 3);
   }
 }
 

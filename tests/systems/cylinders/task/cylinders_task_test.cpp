@@ -75,15 +75,6 @@ TEST(CylindersTask, SameSeedSameRecordsForOneAndTwoJobs) {
   }
 }
 
-TEST(CylindersTask, ReplayLeavesThePoints) {
-  const testing_support::TempFolder folder;
-  const auto experiment = Open("cylinder_resolution.yaml", {"sources=[noisy]"});
-  experiment::ReplayOptions options;
-  options.folder = folder.path();
-  experiment.task->Replay(experiment.cases[0], options);
-  EXPECT_TRUE(std::filesystem::exists(folder / experiment.cases[0].id / "points.csv"));
-}
-
 TEST(CylindersTask, SaysWhatIsWrongWithARow) {
   const auto error = [](const std::string& row) {
     return testing_support::ErrorOf(

@@ -109,7 +109,7 @@ TEST_F(AddObjectTest, ItsFileHasAPictureOfItsOwn) {
 }
 
 TEST_F(AddObjectTest, SaysAllAsJson) {
-  const Ran ran = Add("box.off", {"--json", "--height-mm", "80", "--name", "small"});
+  const Ran ran = Add("box.off", {"--json", "--size-mm", "80", "--name", "small"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto json = nlohmann::json::parse(ran.out);
   EXPECT_EQ(json["name"], "small");
@@ -146,10 +146,10 @@ TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
   ExpectRefused("box.off", "is its unit mm?", {"--unit", "m"});
   folder_.Write("odd.off", Off(BoxMesh({0.4, 0.5, 0.8})));
   ExpectRefused("odd.off", "Give the unit with --unit");
-  ExpectRefused("box.off", "--height-mm", {"--height-mm", "-3"});
+  ExpectRefused("box.off", "--size-mm", {"--size-mm", "-3"});
   ExpectRefused("box.off", "furlong", {"--unit", "furlong"});
   ExpectRefused("box.off", "--mass", {"--mass", "0"});
-  ExpectRefused("box.off", "the unit is grams: use 200 for 0.2 kg", {"--mass", "0.2"});
+  ExpectRefused("box.off", "--mass` is in grams", {"--mass", "0.2"});
   ExpectRefused("box.off", "implausible", {"--mass", "90000"});
   ExpectRefused("box.off", "--mass` is in grams", {"--mass", "90000"});
   ExpectRefused("box.off", "velvet", {"--surface", "velvet"});

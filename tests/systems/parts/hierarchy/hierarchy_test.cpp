@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <set>
-#include <stdexcept>
 
 #include "parts/hierarchy/internal/cells.h"
 #include "parts/hierarchy/internal/cuts.h"
@@ -176,25 +174,6 @@ TEST(Hierarchy, PartsAreTheSameHoweverFlatPiecesAreCut) {
   }
 }
 
-TEST(Hierarchy, LevelsOfTheTreeAreCoarserParts) {
-  const Segmentation all = SegmentHierarchy(samples::BentHand().shape, {});
-  int deepest = 0;
-  for (const PartNode& node : all.tree) deepest = std::max(deepest, node.level);
-  ASSERT_GE(deepest, 2);
-  EXPECT_EQ(AtLevel(all, deepest).parts, all.parts);
-  EXPECT_EQ(AtLevel(all, 0).parts, 1);
-  for (int level = 1; level <= deepest; ++level) {
-    const Segmentation fine = AtLevel(all, level);
-    const Segmentation coarse = AtLevel(all, level - 1);
-    EXPECT_GT(fine.parts, coarse.parts);
-    std::map<std::int32_t, std::int32_t> whole;  // each fine part lies in one coarse part
-    for (std::size_t f = 0; f < fine.label.size(); ++f) {
-      const auto at = whole.try_emplace(fine.label[f], coarse.label[f]).first;
-      ASSERT_EQ(at->second, coarse.label[f]);
-    }
-  }
-}
-
 TEST(Hierarchy, GivesAsManyPartsAsAsked) {
   const Shape shape = samples::BentHand().shape;
   for (const int parts : {1, 2, 4, 6}) {
@@ -214,8 +193,6 @@ TEST(Hierarchy, TakesWhatIsBarelyAMeshOrACloud) {
   EXPECT_EQ(SegmentHierarchy(shape, {}).label.size(), 2u);
   shape.faces = {{0, 1, 2}, {0, 1, 3}, {1, 0, 2}};  // three faces at an edge
   EXPECT_EQ(SegmentHierarchy(shape, {}).label.size(), 3u);
-  EXPECT_THROW(SegmentHierarchy(shape, {.cells = 1}), std::invalid_argument);
-  EXPECT_THROW(SegmentHierarchy(shape, {.cut_quality = std::nan("")}), std::invalid_argument);
 }
 
 TEST(Hierarchy, PiecesThatAreNotJoinedAreParts) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <set>
-#include <stdexcept>
 
 #include "base/rng.h"
 #include "error_of.h"
@@ -71,11 +70,6 @@ TEST(RandError, CountsOfLargeMeshesDoNotOverflow) {
   std::fill(halves.begin() + n / 2, halves.end(), 1);
   const double expected = 0.5 * static_cast<double>(n) / static_cast<double>(n - 1);
   EXPECT_NEAR(RandError(Labels(n, 0), halves), expected, 1e-12);
-}
-
-TEST(RandError, RefusesOtherLengthsAndSinglePoints) {
-  EXPECT_THROW(RandError(Labels{0, 1}, Labels{0, 1, 2}), std::invalid_argument);
-  EXPECT_THROW(RandError(Labels{0}, Labels{0}), std::invalid_argument);
 }
 
 // ---- cut discrepancy ----
@@ -236,11 +230,6 @@ TEST(CutDiscrepancy, IsThatOfAllPairsOfCutVertices) {
     if (!fast) continue;
     EXPECT_NEAR(*fast, *slow, 1e-9) << seed;
   }
-}
-
-TEST(CutDiscrepancy, RefusesOtherLengths) {
-  const CutMeasure measure(Strip());
-  EXPECT_THROW(measure.Discrepancy(CutAt(3), Labels(5, 0)), std::invalid_argument);
 }
 
 // ---- the benchmark's own numbers ----

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <stdexcept>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -124,17 +123,11 @@ TEST(PolygonLabels, StandOneALineOfTheFile) {
   ASSERT_EQ(input.polygon, (std::vector<std::uint32_t>{0, 0, 1, 1, 2}));
   EXPECT_EQ(LabelsOfPolygons(input, Labels{5, 5, 1, 2, 3}), (Labels{5, 2, 3, -1}));
   EXPECT_EQ(LabelsOfTriangles(input, Labels{5, 2, 3, -1}), (Labels{5, 5, 2, 2, 3}));
-  EXPECT_THROW(LabelsOfTriangles(input, Labels{5}), std::invalid_argument);
 }
 
 TEST(PolygonLabels, OfACloudAreThoseOfItsPoints) {
   const geometry::PolygonMesh cloud{{samples::Tetrahedron().vertices, {}}, {}, 0};
   EXPECT_EQ(LabelsOfPolygons(cloud, Labels{1, 0, 2, 0}), (Labels{1, 0, 2, 0}));
-}
-
-TEST(ColoredShape, NeedsOneLabelAnElement) {
-  EXPECT_THROW(WriteColoredShape("never.ply", samples::Tetrahedron(), Labels{0, 1}),
-               std::invalid_argument);
 }
 
 // Numbers of pixels that are mainly red (label 0) and mainly blue (label 1).
@@ -211,13 +204,6 @@ TEST(ShapePicture, ACloudIsDots) {
   const draw::Canvas canvas = DrawLabels(cloud, labels);
   ASSERT_EQ(canvas.dots.size(), 2U);
   EXPECT_EQ(canvas.dots[1].points.size(), 3U);
-}
-
-TEST(ShapePicture, RefusesLabelsThatDoNotFitAndNothingToSee) {
-  EXPECT_THROW(DrawLabels(samples::Tetrahedron(), std::vector<std::int32_t>(3, 0)),
-               std::invalid_argument);
-  EXPECT_THROW(LookAtShape({}, 2), std::invalid_argument);
-  EXPECT_THROW(LookAtShape(samples::Tetrahedron().vertices, 3), std::invalid_argument);
 }
 
 }  // namespace

@@ -234,12 +234,6 @@ TEST_F(RecognizeTest, AToleranceIsANumber) {
       "--tolerance-mm: 'nan' must be a number from 0.5 to 20");
 }
 
-// Such a name would be a map or end at the comment if it were written as it is into YAML.
-TEST_F(RecognizeTest, ASceneToBringInMayHaveAnyName) {
-  const std::string scene = (folder_ / "a: b #c/none.xml").string();
-  ExpectRefused({"bring", "coffee_cup", "--scene", scene}, scene);
-}
-
 TEST_F(RecognizeTest, AFolderWithoutObjectsIsNamed) {
   fs::create_directories(folder_ / "empty");
   const auto ran =

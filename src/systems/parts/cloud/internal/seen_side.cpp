@@ -86,7 +86,7 @@ double ShareOf(const FaceFrames& faces, const Rotation& rotation) {
 // ---- joining ----
 
 /// Joins the parts of each set. The sets are numbered by decreasing area, on ties by their first
-/// parts. The tree then contains only the whole and the joined parts.
+/// parts.
 Segmentation JoinParts(const Segmentation& found, const std::vector<double>& area,
                        geometry::UnionFind& sets) {
   std::vector<double> of_set(area.size(), 0.0);
@@ -100,11 +100,6 @@ Segmentation JoinParts(const Segmentation& found, const std::vector<double>& are
   for (std::int32_t& l : joined.label) l = number[sets.Find(l)];
   joined.parts = static_cast<int>(roots.size());
   joined.has_core = joined.parts > 1;
-  joined.tree = {found.tree.front()};
-  joined.tree.front().label = joined.has_core ? -1 : 0;
-  for (std::int32_t l = 0; joined.has_core && l < joined.parts; ++l) {
-    joined.tree.push_back({0, 1, l, std::numeric_limits<double>::infinity()});
-  }
   return joined;
 }
 

@@ -46,8 +46,7 @@ std::optional<RevolutionAxis> FindSeenBody(const Shape& mesh);
 
 /// Joins the parts of the body, e.g. outside and inside of a mug, and the parts that protrude on
 /// one side of its axis, e.g. a handle whose middle is hidden by the body. Faces at the border
-/// between both are assigned by the body's profile. The tree then contains only the whole and the
-/// joined parts.
+/// between both are assigned by the body's profile.
 Segmentation JoinTurned(const Shape& mesh, const RevolutionAxis& axis, const Segmentation& found);
 
 }  // namespace rangegrasp::parts

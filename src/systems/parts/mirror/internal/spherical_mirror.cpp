@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 
 #include "parts/shape/shape_graph.h"
@@ -35,7 +34,6 @@ std::uint64_t Spread(std::uint64_t x) {
 Sphere SmallestEnclosingSphere(geometry::PointSpan points) {
   using Kernel = CGAL::Simple_cartesian<double>;
   using Traits = CGAL::Min_sphere_of_points_d_traits_3<Kernel, double>;
-  if (points.empty()) throw std::invalid_argument("SmallestEnclosingSphere: needs a point");
   std::vector<Kernel::Point_3> input;
   input.reserve(points.size());
   for (const Eigen::Vector3d& p : points) input.emplace_back(p.x(), p.y(), p.z());

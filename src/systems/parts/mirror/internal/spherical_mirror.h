@@ -12,7 +12,6 @@ struct Sphere {
   double radius;
 };
 /// The exact smallest enclosing sphere (Gaertner 1999; CGAL).
-/// @throws std::invalid_argument if there are no points.
 Sphere SmallestEnclosingSphere(geometry::PointSpan points);
 /// The smallest sphere around a given center that contains the points (R of eq. 6.1).
 Sphere SphereRound(const Eigen::Vector3d& center, geometry::PointSpan points);
