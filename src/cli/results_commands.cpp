@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -154,6 +157,9 @@ void Replay(const experiment::Experiment& e, const Store& store, const experimen
 void CheckWritable(const fs::path& folder) {
   const bool fresh = !fs::exists(folder);
   base::MakeFolderOf(folder / "picture.png");
+  if (access(folder.c_str(), W_OK) != 0) {
+    throw base::InputError(folder.string() + ": cannot be written to: " + std::strerror(errno));
+  }
   if (fresh) fs::remove(folder);  // some tasks have no pictures
 }
 

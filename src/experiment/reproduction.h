@@ -15,13 +15,11 @@ namespace rangegrasp::experiment {
 struct PublishedTable {
   std::string number;  ///< "5.2", "5.2-as-published"
   std::string title;
-  std::string experiment;  ///< name of the experiment
-  std::string key;         ///< PublishedFigure::key
-  int cases = 0;           ///< number of cases, of all groups of the experiment
-  int trials = 0;          ///< number in the experiment's file, as counted by --trials
-  int short_trials = 0;    ///< a tenth, or more if a round of the items drawn in turn needs it
-  /// Approximate time of a case on one core, from `rangegrasp reproduce --short --jobs 1`.
-  double case_s = 1.0;
+  std::string experiment;    ///< name of the experiment
+  std::string key;           ///< PublishedFigure::key
+  int cases = 0;             ///< number of cases, of all groups of the experiment
+  int trials = 0;            ///< number in the experiment's file, as counted by --trials
+  int short_trials = 0;      ///< a tenth, or more if a round of the items drawn in turn needs it
   std::string group = {};    ///< only cases of this group; empty: all
   bool is_of_times = false;  ///< table of times: its cases are run one at a time
   bool is_drawn = true;      ///< its cases depend on a seed

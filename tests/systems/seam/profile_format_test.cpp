@@ -386,12 +386,12 @@ TEST(BadFormats, NameTheRowTheColumnTheValueAndWhatWouldBeRight) {
       {"1;2\n3;4.500,5\n", "{decimal_comma: true}", "row 2, column 2: '4.500,5' is not a number"},
       {"1,2\n3,-999.9999\n", "{}",
        "row 2, column 2: '-999.9999' is out of range; it must be from -200 to 200"},
+      {"x;z\n1;2\n", "{}", "for a header use header_lines (--set file.header_lines=1)"},
       {"1;2\n3;4,5\n", "{}", "for a decimal comma use decimal_comma (--decimal-comma)"},
       {"1,2\n3,-999.9999\n", "{}",
        "it must be from -200 to 200 (min_height_mm, max_height_mm); if it stands for a missing "
-       "value "
-       "use no_values (--no-value -999.9999); for another unit use unit_mm (--unit um or --unit "
-       "m)"},
+       "value use no_values (--no-value -999.9999); for another unit use unit_mm (--unit um or "
+       "--unit m)"},
       {"1,2\n3,-999.9999\n", "{no_values: [-999.999]}", "column 2: '-999.9999' is out of range"},
       {"1,2\n3,240\n", "{max_height_mm: 230}", "it must be from -200 to 230"},
       {"1,2,3\n", "{layout: pairs}",

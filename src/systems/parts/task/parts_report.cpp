@@ -340,9 +340,10 @@ std::map<Method, double> PublishedSeconds(const std::string& csv, const std::str
   std::map<Method, double> seconds;
   if (csv.empty()) return seconds;
   const auto table = base::CsvTable::Parse(csv, name);
+  const std::size_t names = table.Column("method"), averages = table.Column("average_s");
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const double value = table.Number(row, 1);
-    const auto known = std::ranges::find(kNamesInTable61, table.Cell(row, 0));
+    const double value = table.Number(row, averages);
+    const auto known = std::ranges::find(kNamesInTable61, table.Cell(row, names));
     if (known == kNamesInTable61.end()) continue;
     seconds[static_cast<Method>(known - kNamesInTable61.begin())] = value;
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -146,12 +147,23 @@ ModelClass ReadClass(YamlMap& models, const std::string& name, const std::filesy
   return one;
 }
 
+/// A class's name becomes part of the ids of its cases.
+bool IsName(const std::string& name) {
+  return !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
+    return std::isalnum(c) || c == '_' || c == '-' || c == '.';
+  });
+}
+
 std::vector<ModelClass> ReadClasses(YamlMap& map, const std::vector<std::string>& names,
                                     const std::filesystem::path& folder) {
   YamlMap models = map.Child("models", "models of each class");
   std::vector<ModelClass> classes;
   std::set<int> seen;
   for (const std::string& name : names) {
+    if (!IsName(name)) {
+      map.Fail("classes",
+               fmt::format("'{}' must consist of letters, digits, '_', '-' and '.'", name));
+    }
     if (!models.Has(name)) {
       map.Fail("models", fmt::format("has no models of class '{}', e.g. {}: {{tune: [21, 22], "
                                      "report: [23, 24]}}",

@@ -315,7 +315,7 @@ class TextRows {
     if (comma && !options_.text.decimal_comma) {
       fault += "; for a decimal comma use decimal_comma (--decimal-comma)";
     }
-    if (row_ == 0) fault += "; for a header use header_lines";
+    if (row_ == 0) fault += "; for a header use header_lines (--set file.header_lines=1)";
     throw InputError(fault);
   }
 

@@ -71,6 +71,8 @@ TEST_F(PartsSetupTest, MistakesAreToldWithLineAndKey) {
   EXPECT_THAT(Refused("data: .\nclasses: [a]\nmodel: {a: {report: [1]}}\n"),
               HasSubstr("key 'models': is missing"));
   EXPECT_THAT(Refused("classes: [a]\nruntimes: none.csv\n" + models), HasSubstr("none.csv"));
+  EXPECT_THAT(Refused("data: .\nclasses: ['a,b']\nmodels: {'a,b': {report: [1]}}\n"),
+              HasSubstr("'a,b' must consist of letters"));
   EXPECT_THAT(Refused("models_per_class: -1\nclasses: [a]\n" + models),
               HasSubstr("key 'models_per_class'"));
 }

@@ -248,7 +248,7 @@ class FilmRecorder : public trial::Recorder {
   }
 
  private:
-  // A moment comes again if the hand approaches again.
+  // "perceived" comes again after a further look.
   void Write(const std::string& what, const image::Image& image) {
     const std::string name = prefix_ + "_" + what;
     const int time = ++written_[name];
