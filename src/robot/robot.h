@@ -23,8 +23,8 @@ struct HandModel {
     std::vector<char> is_thumb;    ///< per shape
     Eigen::Vector3d thumb_pad_H;   ///< the point of the thumb that meets the fingers when closed
     Eigen::Vector3d finger_pad_H;  ///< the mean of the fingers' points that meet the thumb
-    /// The published tool centres (section 5.3): the centres of gravity of the tips of thumb and
-    /// index finger (cylindrical and rim grasps), and of thumb, index and little finger (power).
+    /// The published tool centres: between the tips of thumb and index finger (cylindrical and rim
+    /// grasps), and between the thumb and the middle of index and little finger (power grasps).
     Eigen::Vector3d tip_center_H, power_center_H;
   };
   /// 24 states, evenly spaced from open to closed (pads touch, or the drives' travel ends). Shape i

@@ -89,7 +89,7 @@ inline robot::HandModel::State HandState(double angle_rad) {
   state.thumb_pad_H = thumb - 0.010 * line;
   state.finger_pad_H = fingers + 0.008 * line;
   state.tip_center_H = 0.5 * (thumb + index);
-  state.power_center_H = (thumb + index + little) / 3.0;
+  state.power_center_H = 0.5 * thumb + 0.25 * (index + little);
   state.gap_m = std::max(0.0, (thumb - index).norm() - 0.018);
   return state;
 }

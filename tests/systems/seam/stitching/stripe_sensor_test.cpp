@@ -288,7 +288,7 @@ TEST(StripeSensorFile, FaultsNameLineKeyAndWhatWouldBeRight) {
   ExpectError("columns: 8\n", {"columns", "from 32"});
   ExpectError("lines_ahead_mm: [80, near]\n", {"lines_ahead_mm", "near"});
   ExpectError("lines_ahead_mm: [80, -5]\n", {"lines_ahead_mm", "-5"});
-  ExpectError("lines_ahead_mm: []\n", {"lines_ahead_mm", "at least one line"});
+  ExpectError("lines_ahead_mm: []\n", {"lines_ahead_mm", "at least one element"});
   ExpectError("outlier_run_columns: 0.5\n", {"outlier_run_columns"});
   ExpectError("range_above_mm: 500\n", {"range_above_mm", "nearer to the camera"});
   ExpectError("rate_min_hz: 200\n", {"rate_min_hz", "rate_max_hz"});
