@@ -162,7 +162,7 @@ TEST(PlanGrasps, AsPublishedCollidesWithNeighborsBesideItsObject) {
   ASSERT_FALSE(alone.empty());
   EXPECT_FALSE(alone.front().collides);
   for (const double side : {1.0, -1.0}) {
-    builder.AddBox({0.115, 0.06, 0.10}, At(0.0, side * 0.07, 0.0));
+    builder.AddBox({0.115, 0.06, 0.10}, At(0.0, side * 0.09, 0.0));  // the open hand meets it
   }
   const auto between = Plan(builder, false);
   ASSERT_FALSE(between.empty());
