@@ -137,11 +137,7 @@ class StraightDownDetector : public Detector {
     base::Stopwatch watch;
     Scene scene = perception::PerceiveTable(observation, options_.perception, rng,
                                             WorkspaceOf(robot_, options_.workspace_margin_m));
-    double gap_m = scene.sampling.gap_m;
-    if (gap_m == 0.0) {  // lengths are not adapted
-      gap_m = perception::MeasureSampling(scene.cloud.points, options_.perception.sampling).gap_m;
-    }
-    AddClusters(options_.obstacles.link_gaps * gap_m, scene);
+    AddClusters(options_.obstacles.link_gaps * GapOf(scene), scene);
     detected.has_turn = PutFirst(turn, scene);
     detected.seconds.emplace_back("perceive", watch.Restart());
     Obstacles obstacles;

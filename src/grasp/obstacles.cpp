@@ -34,11 +34,6 @@ Points LeftoverPoints(const Scene& scene) {
   return Select(scene.points_C, geometry::PositionsOf(leftover));
 }
 
-double GapOf(const Scene& scene) {
-  if (scene.sampling.gap_m > 0.0) return scene.sampling.gap_m;
-  return perception::MeasureSampling(scene.cloud.points, {}).gap_m;  // lengths are not adapted
-}
-
 /// Drops the points that are next to an object's points, as seen from a sensor.
 void DropMixed(const Scene& scene, const Points& places_C, double width_m, Points& points) {
   Points of_objects;
@@ -171,6 +166,11 @@ void AddBox(const AlignedBox3d& box, TriangleMesh& mesh) {
 constexpr double kCell_m = 0.010;
 
 }  // namespace
+
+double GapOf(const Scene& scene) {
+  if (scene.sampling.gap_m > 0.0) return scene.sampling.gap_m;
+  return perception::MeasureSampling(scene.cloud.points, {}).gap_m;
+}
 
 Obstacles ObstaclesOf(const Scene& scene, std::size_t target, const geometry::Points& places_C,
                       const ObstacleOptions& options) {

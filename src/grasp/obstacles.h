@@ -51,6 +51,10 @@ struct Obstacles {
   std::vector<geometry::TriangleMesh> unseen_C;
 };
 
+/// The gap between neighboring points [m] (Sampling::gap_m), measured here if the scene's lengths
+/// were not adapted to it.
+double GapOf(const perception::Scene& scene);
+
 /// @param target  position in scene.objects
 /// @param places_C  positions of the sensors, at least one [m]
 /// O(n log n) for n points above the table.

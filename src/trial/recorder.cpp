@@ -97,7 +97,7 @@ void AddHand(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand, Vi
   view.surfaces.push_back({"chosen grasp", std::move(mesh), kHand});
 }
 
-// The last executed grasp; if none was executed, the best collision-free one.
+// The executed grasp; if none was, the best collision-free one.
 const grasp::DetectedGrasp* ChosenOf(const Attempt& attempt) {
   if (attempt.grasp) return &*attempt.grasp;
   const auto& grasps = attempt.detected.detection.grasps;

@@ -44,16 +44,23 @@ TEST(HigherTops, AloneTakeTheRimInPlaceOfTheFloor) {
   EXPECT_NEAR(height(With(&FeatureAdditions::higher_tops)), 0.06, 1e-9);
 }
 
-// A steep roof has no normal near the table's normal, so it has no top as published.
-TEST(SlabTops, AloneGiveASteepRoofATop) {
+/// A face of 60 deg. Each third normal seems to lean by third_deg.
+Analytic SteepRoof(double third_deg) {
   Analytic roof;
   const Vector3d slope(0.0, std::cos(base::Deg(60.0)), -std::sin(base::Deg(60.0)));
   for (int i = 0; i < 60; ++i) {
     for (int k = 0; k < 25; ++k) {
+      const double seems_rad = base::Deg((i + k) % 3 == 0 ? third_deg : 60.0);
       roof.Add(Vector3d(0.002 * i, 0.0, 0.052) + 0.002 * k * slope,
-               Vector3d(0.0, std::sin(base::Deg(60.0)), std::cos(base::Deg(60.0))));
+               Vector3d(0.0, std::sin(seems_rad), std::cos(seems_rad)));
     }
   }
+  return roof;
+}
+
+// A steep roof has no normal near the table's normal, so it has no top as published.
+TEST(SlabTops, AloneGiveASteepRoofATop) {
+  const Analytic roof = SteepRoof(60.0);
   base::Rng rng(1);
   EXPECT_FALSE(FindTopSurface(Given(roof.cloud, AsPublished()).Context(), All(roof.cloud), rng));
   const Given with_slabs(roof.cloud, With(&FeatureAdditions::slab_tops));
@@ -64,15 +71,7 @@ TEST(SlabTops, AloneGiveASteepRoofATop) {
 
 // On a face of 60 deg, noise turns some normals up. As published their plane is a top.
 TEST(LevelTops, AloneRefuseThePlaneOfAFaceOfWhichSomePointsSeemToFaceUp) {
-  Analytic roof;
-  const Vector3d slope(0.0, std::cos(base::Deg(60.0)), -std::sin(base::Deg(60.0)));
-  for (int i = 0; i < 60; ++i) {
-    for (int k = 0; k < 25; ++k) {
-      const double seems_rad = base::Deg((i + k) % 3 == 0 ? 40.0 : 60.0);
-      roof.Add(Vector3d(0.002 * i, 0.0, 0.052) + 0.002 * k * slope,
-               Vector3d(0.0, std::sin(seems_rad), std::cos(seems_rad)));
-    }
-  }
+  const Analytic roof = SteepRoof(40.0);
   base::Rng rng(1);
   const auto top = FindTopSurface(Given(roof.cloud, AsPublished()).Context(), All(roof.cloud), rng);
   ASSERT_TRUE(top);

@@ -10,9 +10,9 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/image/image.h"
 #include "base/rng.h"
 #include "error_of.h"
+#include "seam/grey_png.h"
 #include "temp_folder.h"
 #include "tiff_file.h"
 
@@ -73,15 +73,11 @@ std::vector<Profile> ReadProfiles(const std::filesystem::path& file,
 
 // A grey level is 1 um, 32768 is height 0, 0 is missing.
 std::string PngOf(const std::vector<Profile>& profiles) {
-  image::Grey16 image{
-      static_cast<int>(profiles[0].height_m.size()), static_cast<int>(profiles.size()), {}};
+  std::vector<std::vector<double>> rows;
   for (const Profile& profile : profiles) {
-    for (const float height_m : profile.height_m) {
-      const double level = std::isnan(height_m) ? 0.0 : std::round(1e6 * height_m + 32768.0);
-      image.grey.push_back(static_cast<std::uint16_t>(level));
-    }
+    rows.emplace_back(profile.height_m.begin(), profile.height_m.end());
   }
-  return image::EncodePng(image);
+  return GreyPng(rows, 1e6, 32768.0);
 }
 
 TEST(ProfileFiles, EveryFormatGivesBackWhatWasWritten) {

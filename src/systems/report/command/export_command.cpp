@@ -93,13 +93,11 @@ int LabelOf(const grasp::DetectedObject& object, const Sensed& sensed) {
 // All candidates; those that the hand did not try have no outcome.
 ordered_json GraspsOf(const Attempt& attempt, const Sensed& sensed) {
   const grasp::Detection& detection = attempt.detected.detection;
-  const auto outcome_of = [&](std::size_t grasp) -> ordered_json {
-    if (attempt.executed != grasp) return nullptr;
-    return base::Word(attempt.outcome);
-  };
   ordered_json grasps = ordered_json::array();
   for (std::size_t i = 0; i < detection.grasps.size(); ++i) {
     const grasp::DetectedGrasp& g = detection.grasps[i];
+    ordered_json outcome;
+    if (attempt.executed == i) outcome = base::Word(attempt.outcome);
     grasps.push_back({{"label", LabelOf(detection.objects.at(g.object), sensed)},
                       {"type", base::Word(g.type)},
                       {"X_WH", JsonOf(g.X_CH)},
@@ -109,7 +107,7 @@ ordered_json GraspsOf(const Attempt& attempt, const Sensed& sensed) {
                       {"contact_angle_rad", g.contact_angle_rad},
                       {"score", g.score},
                       {"collides", g.collides},
-                      {"outcome", outcome_of(i)}});
+                      {"outcome", outcome}});
   }
   return grasps;
 }

@@ -10,9 +10,9 @@
 #include <sstream>
 
 #include "base/file.h"
-#include "base/image/image.h"
 #include "base/words.h"
 #include "cli/command.h"
+#include "seam/grey_png.h"
 
 namespace rangegrasp {
 namespace {
@@ -60,18 +60,12 @@ std::string Row(int column, int step_um = 1000) {
 
 // A CSV of profiles as a 16-bit image.
 std::string PngOf(const std::string& csv, double levels_per_unit, double zero) {
-  const auto lines = Lines(csv);
-  image::Grey16 image{0, static_cast<int>(lines.size()), {}};
-  for (const std::string& line : lines) {
-    const auto cells = base::Split(line, ',');
-    image.width = static_cast<int>(cells.size());
-    for (const std::string& cell : cells) {
-      const double level =
-          cell == "nan" ? 0.0 : std::round(levels_per_unit * std::stod(cell) + zero);
-      image.grey.push_back(static_cast<std::uint16_t>(level));
-    }
+  std::vector<std::vector<double>> rows;
+  for (const std::string& line : Lines(csv)) {
+    auto& row = rows.emplace_back();
+    for (const std::string& cell : base::Split(line, ',')) row.push_back(std::stod(cell));
   }
-  return image::EncodePng(image);
+  return seam::GreyPng(rows, levels_per_unit, zero);
 }
 
 class SeamTest : public testing::Test {
