@@ -197,10 +197,8 @@ DetectorResult AccumulateGradients(std::span<const float> f, double kernel) {
   return result;
 }
 
-std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f,
-                                                   const DetectorOptions& options) {
-  return {FitEdgeModel(f, options.model_levels), VoteLocally(f, options.local_weighted_voting),
-          AccumulateGradients(f, options.kernel)};
+std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f, ModelLevels levels) {
+  return {FitEdgeModel(f, levels), VoteLocally(f), AccumulateGradients(f)};
 }
 
 }  // namespace rangegrasp::seam

@@ -55,12 +55,7 @@ DetectorResult VoteLocally(std::span<const float> f,
 /// @param kernel  longest kernel as a share of the profile, in (0, 0.5] (section 3.3.3)
 DetectorResult AccumulateGradients(std::span<const float> f, double kernel = 0.1);
 
-struct DetectorOptions {
-  ModelLevels model_levels = ModelLevels::kExtremes;
-  LocalWeightedVotingOptions local_weighted_voting;
-  double kernel = 0.1;  ///< of gradient accumulation
-};
 std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f,
-                                                   const DetectorOptions& options);
+                                                   ModelLevels levels = ModelLevels::kExtremes);
 
 }  // namespace rangegrasp::seam

@@ -179,8 +179,7 @@ void ReadMonitorOptions(base::YamlMap map, MonitorOptions& options) {
   map.Read("obstacle_profiles", options.obstacle_profiles, 1, 1000,
            "number of the last profiles that must show an obstacle in the same place");
   map.ReadScaled("min_step_mm", options.min_step_m, base::kMm, 0.001, 100.0,
-                 "minimum height of a mat's edge; the methods as published use "
-                 "tracker.step.min_step_mm");
+                 "minimum height of a mat's edge; voting and weights use 0.3 mm");
   map.Read("mat_end_profiles", options.mat_end_profiles, 1, 1000,
            "number of the last usable profiles without an edge that means the end of the mats");
   map.Read("window", options.window, 1, 1000, "number of the last profiles for these counts");
@@ -195,9 +194,9 @@ void ReadMonitorOptions(base::YamlMap map, MonitorOptions& options) {
   map.Finish();
 }
 
-MonitorOptions MonitorFor(MonitorOptions options, const TrackerOptions& tracker) {
-  if (!IsAsPublished(tracker.method)) return options;
-  options.min_step_m = tracker.step.min_step_m;
+MonitorOptions MonitorFor(MonitorOptions options, DecisionMethod method) {
+  if (method == DecisionMethod::kSteps) return options;
+  options.min_step_m = kThinnestMat_m;
   options.usual_share = 0.0;
   return options;
 }

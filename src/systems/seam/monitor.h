@@ -34,7 +34,7 @@ struct MonitorOptions {
   /// borders slope. Lower this for a sensor without outliers.
   double obstacle_width_m = 1e-3;
   int obstacle_profiles = 3;    ///< >= 1: fewer cause stops at outliers, more need a slower head
-  double min_step_m = 0.18e-3;  ///< > 0: 0.6 of the thinnest mat, as in the tracker
+  double min_step_m = 0.18e-3;  ///< > 0: 0.6 of the thinnest mat
   /// In [0, 1]. A step below this share of the edge's usual height is no longer the edge: the fit
   /// of a double or frayed edge gives at least half of its height.
   double usual_share = 0.4;
@@ -51,10 +51,10 @@ struct MonitorOptions {
 /// @throws base::InputError naming file, line and key.
 void ReadMonitorOptions(base::YamlMap map, MonitorOptions& options);
 
-/// With methods as published, any step of the tracker's minimum height is an edge: the mats end
-/// where there is "no possible edge with a minimum size of 0.3mm" (section 3.7). The counts of
-/// profiles and the test for obstacles are ours with every method.
-MonitorOptions MonitorFor(MonitorOptions options, const TrackerOptions& tracker);
+/// With methods as published, the mats end where there is "no possible edge with a minimum size of
+/// 0.3mm" (section 3.7). The counts of profiles and the test for obstacles are ours with every
+/// method.
+MonitorOptions MonitorFor(MonitorOptions options, DecisionMethod method);
 
 /// Height of each column above the surface [m]; NaN for columns without a point. The surface is the
 /// parabola with the most columns within 1 mm, so that neither an obstacle on a third of the line

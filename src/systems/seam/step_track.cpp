@@ -1,5 +1,6 @@
 #include "seam/step_track.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -327,6 +328,13 @@ constexpr int kElsewhere = 10;
 // young edge is by chance the highest of all places, so it is corrected at any odds.
 constexpr double kHeightGain = 0.03;
 constexpr int kYoung = 20;
+
+// Offset of the peak from a maximum, by the parabola through it and its neighbors: from -0.5 to 0.5
+// of their spacing.
+double SummitOffset(double before, double greatest, double after) {
+  const double bend = before - 2.0 * greatest + after;
+  return bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
+}
 
 }  // namespace
 

@@ -17,60 +17,38 @@ namespace rangegrasp::seam {
 
 /// How the edge position in a profile is decided.
 enum class DecisionMethod {
-  kVotingAsPublished,  ///< two of three, then a line through the last profiles (section 3.4)
-  /// Sum of weights with historic edge positions, the highest of a period (section 3.5).
-  kWeightsAsPublished,
-  kVoting,   ///< voting with our own rules (listed at the key `method`)
-  kWeights,  ///< weights with our own rules
-  /// Our own: like kWeights, but the sums of earlier profiles decay instead of being forgotten, and
-  /// a candidate of local weighted-voting also counts for the columns around it.
-  kAccumulated,
-  kSteps,  ///< our own: track-before-detect with the fourth detector (seam/step_track.h)
+  kVoting,   ///< two of three, then a line through the last profiles (section 3.4)
+  kWeights,  ///< sum of weights with historic edge positions, highest of a period (section 3.5)
+  kSteps,    ///< our own: track-before-detect with the fourth detector (seam/step_track.h)
 };
-constexpr std::array<std::string_view, 6> WordsOf(DecisionMethod) {
-  return {
-      "voting_as_published", "weights_as_published", "voting", "weights", "accumulated", "steps"};
+constexpr std::array<std::string_view, 3> WordsOf(DecisionMethod) {
+  return {"voting", "weights", "steps"};
 }
 
-/// Whether a method is as published, without our own rules.
-constexpr bool IsAsPublished(DecisionMethod method) {
-  return method == DecisionMethod::kVotingAsPublished ||
-         method == DecisionMethod::kWeightsAsPublished;
-}
-
-/// Options of kAccumulated.
-struct AccumulationOptions {
-  double memory = 0.8;  ///< share of the sum of weights that is kept from profile to profile
-  double spread_columns = 6.0;
-};
+/// The thinnest mat (section 3.5.3): with kWeights, a lower step is no edge. Section 3.4 demands no
+/// height of votes.
+constexpr double kThinnestMat_m = 0.3e-3;
 
 /// The keys in ReadTrackerOptions describe each option.
 struct TrackerOptions {
   LineGeometry line;
-  /// Margin at both ends, because the windows of the geometric filter (+-12) and of the step height
-  /// (+-10 of medians of +-6) are truncated at the ends of the measured part.
-  int border_columns = 20;
   PreprocessOptions preprocess;
-  DetectorOptions detectors;
-  DecisionMethod method = DecisionMethod::kVoting;
-  double vote_tolerance_m = 1e-3;
+  ModelLevels model_levels = ModelLevels::kExtremes;
+  DecisionMethod method = DecisionMethod::kSteps;  ///< misses the fewest edges (docs/seam.md)
   double packet_period_s = 0.1;
-  double refine_m = 2e-3;  ///< 0: as published
-  double keep_m = 0.5e-3;  ///< a decision this close to the best fit is more precise than the fit
-  /// false: a step counts at once, as published and as needed for a single profile. kSteps instead
-  /// requires more evidence of a single profile.
-  bool confirm = true;
-  LinePredictionOptions line_prediction;
-  HistoryOptions history;
-  StepOptions step;
-  AccumulationOptions accumulation;
+  /// > 0, of PredictByLine; half a millimetre with the base sensor. A larger value accepts fibres
+  /// next to the edge, a smaller one rejects votes for a frayed edge.
+  double inlier_columns = 6.0;
+  /// > 0; sigma of the bell curve (eq. 3.18 does not specify it). A larger value holds an edge less
+  /// firmly, a smaller one loses an edge that moves along the line while the head turns.
+  double history_sigma_columns = 20.0;
   StepTrackOptions step_track;
   bool positive_edge = true;  ///< false: high at small columns; profiles are mirrored
 };
 
 /// Scales all windows above, which are in columns of the base sensor (12 per mm), to the same
-/// lengths in the line's own columns. Methods as published keep the windows of the detectors and of
-/// the step height, because the dissertation states them in px, for both sensors.
+/// lengths in the line's own columns. Those of the three detectors and of the step height are not
+/// scaled, because the dissertation states them in px, for both sensors.
 TrackerOptions WithWindowsOfLine(const TrackerOptions& options);
 
 /// Reads the keys of TrackerOptions; absent keys keep their defaults. The caller must call Finish.
@@ -79,8 +57,8 @@ void ReadTrackerOptions(base::YamlMap& map, TrackerOptions& options);
 
 enum class ProfileStatus {
   kEdge,       ///< an edge position
-  kNoEdge,     ///< no step of the minimum height, or none that counts; voting as published: no vote
-  kAmbiguous,  ///< kVoting: steps in several profiles of a period, but not along one line
+  kNoEdge,     ///< no step of the minimum height, or too little evidence; kVoting: no vote
+  kAmbiguous,  ///< kVoting: votes in several profiles of a period, whose line leaves the profile
   kUnusable,   ///< too few points
 };
 constexpr std::array<std::string_view, 4> WordsOf(ProfileStatus) {
@@ -93,16 +71,15 @@ struct Reading {
   std::optional<double> column;  ///< with kEdge
   double x_m = 0.0;              ///< of the edge, in the line's frame L
   double step_m = 0.0;           ///< step height where the edge was looked for
-  /// Step height at the place to which the edge was followed, even if no detector sees it.
+  /// kSteps: step height at the place of the known edge, even if none is reported.
   double followed_step_m = 0.0;
-  /// With kEdge: whether the last profiles confirm the step (weights as published: whether this
-  /// profile has one). If false, the edge may have ended, and the reported values come from earlier
-  /// profiles.
+  /// With kEdge: whether the last profiles confirm the step (kWeights: whether this profile has
+  /// one). If false, the edge may have ended, and the reported values come from earlier profiles.
   bool goes_on = true;
   /// Whether each of the last profiles shows the edge beyond doubt. If not, the reported edge may
   /// be the rest of one that has ended. None: the method cannot tell.
   std::optional<bool> sure;
-  /// Each detector's own position in this profile; with method steps only that of the fourth.
+  /// Each detector's own position in this profile; with kSteps only that of the fourth.
   std::array<std::optional<int>, kDetectors> detected;
   std::optional<int> local_step;
 };

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/rng.h"
+#include "base/words.h"
 
 namespace rangegrasp::seam {
 namespace {
@@ -440,14 +441,11 @@ TEST(SurfaceMonitor, AMatEndIsTakenBackIfTheEdgeIsSoonThereBeyondDoubt) {
 }
 
 // "No possible edge ... with a minimum size of 0.3mm" (section 3.7), whatever the edge's usual
-// height. With our own methods a step of less than 0.4 of the usual height is not the edge; after
+// height. With our own method a step of less than 0.4 of the usual height is not the edge; after
 // 60 profiles at 1.1 mm the mean is 0.94 mm.
 TEST(MonitorFor, AsPublishedTheMatsEndWhereNoEdgeHas03Mm) {
-  for (const auto method : {DecisionMethod::kVotingAsPublished, DecisionMethod::kWeightsAsPublished,
-                            DecisionMethod::kVoting}) {
-    TrackerOptions tracker;
-    tracker.method = method;
-    const MonitorOptions options = MonitorFor({}, tracker);
+  for (const auto method : base::ValuesOf<DecisionMethod>()) {
+    const MonitorOptions options = MonitorFor({}, method);
     SurfaceMonitor monitor({}, options);
     const auto after = [&](double step_m, int profiles) {
       Reading reading = Told(ProfileStatus::kEdge);
@@ -457,7 +455,7 @@ TEST(MonitorFor, AsPublishedTheMatsEndWhereNoEdgeHas03Mm) {
       return stop;
     };
     EXPECT_FALSE(after(1.1e-3, 60));
-    EXPECT_EQ(after(0.31e-3, options.window).has_value(), method == DecisionMethod::kVoting);
+    EXPECT_EQ(after(0.31e-3, options.window).has_value(), method == DecisionMethod::kSteps);
     EXPECT_EQ(after(0.29e-3, options.mat_end_profiles), StopReason::kMatEnd);
   }
 }

@@ -366,7 +366,6 @@ class Detection {
  private:
   // Reads the keys of the preset, the YAML file and --set; later ones override earlier ones.
   void ReadOptions() {
-    options_.method = seam::DecisionMethod::kSteps;  // misses the fewest edges (docs/seam.md)
     if (arguments_.IsCalibrated()) file_options_ = RowFileOptions();
     std::vector<std::string> keys = arguments_.words;
     keys.insert(keys.end(), arguments_.set.begin(), arguments_.set.end());
@@ -396,8 +395,6 @@ class Detection {
   std::size_t TakeFile() {
     const auto file = seam::ReadProfileFile(arguments_.profiles, file_options_);
     SetGrid(file.grid);
-    // A step counts at once if there is no other profile to confirm it.
-    if (file.rows.size() == 1) options_.confirm = false;
     for (const auto& row : file.rows) Take(row);
     return file.rows.size();
   }
@@ -476,7 +473,7 @@ class Detection {
     if (calibration_) options_.line.columns_per_m = 1.0 / calibration_->meters_per_column[0];
     try {
       tracker_.emplace(options_, calibration_);
-      monitor_.emplace(options_.line, seam::MonitorFor(monitor_options_, options_));
+      monitor_.emplace(options_.line, seam::MonitorFor(monitor_options_, options_.method));
     } catch (const std::invalid_argument& error) {  // options that the line is too coarse for
       throw InputError(error.what());
     }

@@ -56,7 +56,7 @@ class SensorUnit {
     tracker.line = sensor.options().line;
     for (const double ahead : sensor.options().lines_ahead_m) {
       lines_.push_back({ahead, EdgeTracker(tracker, calibration),
-                        SurfaceMonitor(tracker.line, MonitorFor(options.monitor, tracker))});
+                        SurfaceMonitor(tracker.line, MonitorFor(options.monitor, tracker.method))});
     }
   }
 

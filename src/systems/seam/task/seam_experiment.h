@@ -42,11 +42,8 @@ struct SeamExperiment {
   std::vector<EdgeShape> shapes = {EdgeShape::kStep,   EdgeShape::kDouble,  EdgeShape::kSlant,
                                    EdgeShape::kConvex, EdgeShape::kConcave, EdgeShape::kNone};
   int seams = 60;
-  /// Accumulated weights are excluded: they assume that the edge does not move along the line; in
-  /// front of a turning head it does.
-  std::vector<DecisionMethod> decisions = {
-      DecisionMethod::kVotingAsPublished, DecisionMethod::kWeightsAsPublished,
-      DecisionMethod::kVoting, DecisionMethod::kWeights, DecisionMethod::kSteps};
+  std::vector<DecisionMethod> decisions = {DecisionMethod::kVoting, DecisionMethod::kWeights,
+                                           DecisionMethod::kSteps};
   RecordOptions record;  ///< its speed is also the head's
   double half_circle_radius_m = 0.0;
   TrackOptions track;                                       ///< its tracker also serves kRates

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// A label this close to the line's end has no visible edge: detectors exclude as many columns.
+// A label this close to the line's end has no visible edge.
 constexpr double kMargin_columns = 20.0;
 // The middle half of the line is its center (section 3.5).
 constexpr double kCenterHalf = 0.25;
@@ -54,12 +54,7 @@ constexpr std::array<std::pair<const char*, double RunResult::*>, 4> kRunNumbers
 
 std::string TitleOf(DecisionMethod decision) {
   constexpr std::array<const char*, kDecisions.size()> kTitles = {
-      "Voting as published",
-      "Weights + history as published",
-      "Voting + step fit + confirmation + refinement",
-      "Weights + step fit + confirmation + refinement",
-      "Accumulated weights (own)",
-      "Tracked steps (own)"};
+      "Voting as published", "Weights + history as published", "Tracked steps (own)"};
   return kTitles[static_cast<std::size_t>(decision)];
 }
 
@@ -70,9 +65,9 @@ std::string MethodTitle(std::size_t method) {
 }
 
 std::string PublishedRow(std::size_t method) {
-  constexpr std::size_t kVote =
-      kAlone + static_cast<std::size_t>(DecisionMethod::kVotingAsPublished);
-  if (method == kVote) return "Combined Result";
+  if (method == kAlone + static_cast<std::size_t>(DecisionMethod::kVoting)) {
+    return "Combined Result";
+  }
   return method < kDetectors ? MethodTitle(method) : "";
 }
 
@@ -91,7 +86,7 @@ Tally& Tally::operator+=(const Tally& other) {
 
 std::array<std::optional<double>, kMethods> PositionsOf(const Readings& readings) {
   std::array<std::optional<double>, kMethods> positions;
-  // The first decision is as published, and so are its detectors.
+  // Of voting; tracked steps have none of the three.
   std::ranges::copy(readings.front().detected, positions.begin());
   positions[kLocalStep] = readings[static_cast<std::size_t>(DecisionMethod::kSteps)].local_step;
   std::ranges::transform(readings, positions.begin() + kAlone, &Reading::column);
@@ -224,19 +219,18 @@ std::vector<std::pair<std::string, double>> TimeSteps(const SeamExperiment& expe
   std::vector<std::pair<std::string, double>> seconds;
   base::Stopwatch watch;
   const auto end_step = [&] { seconds.emplace_back(kTimedSteps[seconds.size()], watch.Restart()); };
-  const TrackerOptions options = TrackerFor(experiment, DecisionMethod::kVotingAsPublished);
-  const auto& [levels, voting, kernel] = options.detectors;
+  const TrackerOptions options = TrackerFor(experiment, DecisionMethod::kVoting);
   std::vector<PreparedProfile> prepared;
   watch.Restart();
   for (const auto& raw : recording.raw) {
     prepared.push_back(Prepare(Calibrate(raw, calibration), options.preprocess));
   }
   end_step();
-  for (const auto& profile : prepared) FitEdgeModel(profile.height_m, levels);
+  for (const auto& profile : prepared) FitEdgeModel(profile.height_m, options.model_levels);
   end_step();
-  for (const auto& profile : prepared) VoteLocally(profile.height_m, voting);
+  for (const auto& profile : prepared) VoteLocally(profile.height_m);
   end_step();
-  for (const auto& profile : prepared) AccumulateGradients(profile.height_m, kernel);
+  for (const auto& profile : prepared) AccumulateGradients(profile.height_m);
   end_step();
   EdgeTracker tracker(options);
   watch.Restart();

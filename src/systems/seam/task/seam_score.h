@@ -21,8 +21,6 @@ inline constexpr auto kDecisions = base::ValuesOf<DecisionMethod>();
 constexpr std::size_t kLocalStep = kDetectors;
 constexpr std::size_t kAlone = kDetectors + 1;
 constexpr std::size_t kMethods = kAlone + kDecisions.size();
-/// Titles state which of our own rules are added to a published method; a method without a
-/// published origin is "own".
 std::string TitleOf(DecisionMethod decision);
 std::string MethodTitle(std::size_t method);
 /// The method's row in tables 3.2 and 3.3; empty if it has none.

@@ -265,14 +265,14 @@ PublishedFigure FigureOf(const std::string& row, double published,
 // Rows of table 3.5 and the rates that they state. Fig. 3.35 (b) shows the places for the improved
 // method.
 constexpr std::array<std::tuple<const char*, DecisionMethod, Tallies SeamResult::*>, 4>
-    kImprovements = {{{"three-lines combined result within 1 mm (original voting)",
-                       DecisionMethod::kVotingAsPublished, &SeamResult::all},
-                      {"three-lines with sum of weights and historic edge positions",
-                       DecisionMethod::kWeightsAsPublished, &SeamResult::all},
-                      {"edge in the centre of the scan line", DecisionMethod::kWeightsAsPublished,
-                       &SeamResult::center},
-                      {"edge at the boundary of the scan line", DecisionMethod::kWeightsAsPublished,
-                       &SeamResult::boundary}}};
+    kImprovements = {
+        {{"three-lines combined result within 1 mm (original voting)", DecisionMethod::kVoting,
+          &SeamResult::all},
+         {"three-lines with sum of weights and historic edge positions", DecisionMethod::kWeights,
+          &SeamResult::all},
+         {"edge in the centre of the scan line", DecisionMethod::kWeights, &SeamResult::center},
+         {"edge at the boundary of the scan line", DecisionMethod::kWeights,
+          &SeamResult::boundary}}};
 
 std::vector<PublishedFigure> FiguresOf(const Facts& facts, const std::vector<SeamResult>& seams) {
   std::vector<PublishedFigure> figures;

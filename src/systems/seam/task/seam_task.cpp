@@ -33,8 +33,8 @@ using experiment::View;
 // The dissertation's colors of the three detectors (fig. 3.17): green, blue, red.
 constexpr std::array kDetectorColors = {"#2ca02c", "#1f77b4", "#d62728"};
 constexpr const char* kTruthColor = "#444444";
-constexpr std::array<const char*, kDecisions.size()> kDecisionColors = {
-    "#c5b0d5", "#ffbb78", "#9467bd", "#e08000", "#8c564b", "#d62728"};
+constexpr std::array<const char*, kDecisions.size()> kDecisionColors = {"#c5b0d5", "#ffbb78",
+                                                                        "#d62728"};
 constexpr const char* kLocalStepColor = "#17becf";
 // Pages of a view: evenly spaced profiles, and those with the largest errors. Their number
 // determines the view's size, 25 kB per page.

@@ -170,6 +170,7 @@ TEST(ClosedLoop, HasNoLagOnACurvedSeam) {
   mats.course.waves = {{8e-3, 0.2, 0.7}, {1e-3, 0.1, 2.0}};
   for (const bool rotate : {true, false}) {
     TrackOptions options;
+    options.tracker.method = DecisionMethod::kVoting;
     options.head.rotate = rotate;
     const TrackResult result = Drive(mats, options, 2);
     EXPECT_EQ(result.end, TrackEnd::kDone);
@@ -184,6 +185,7 @@ TEST(ClosedLoop, KeepsTheEdgeNearTheSameColumnByRotating) {
   mats.course.waves = {{8e-3, 0.2, 0.7}};
   const auto spread = [&](bool rotate) {
     TrackOptions options;
+    options.tracker.method = DecisionMethod::kVoting;
     options.head.rotate = rotate;
     const TrackResult result = Drive(mats, options, 3);
     double low = 1.0, high = -1.0;
@@ -202,6 +204,7 @@ TEST(ClosedLoop, AsksForOtherDistancesAndGetsThem) {
   mats.course.waves = {{6e-3, 0.25, 0.0}};
   for (const double wanted : {2e-3, 10e-3}) {
     TrackOptions options;
+    options.tracker.method = DecisionMethod::kVoting;
     options.wanted_distance_m = wanted;
     const TrackResult result = Drive(mats, options, 4);
     EXPECT_LT(result.max_error_m, 0.2e-3) << wanted;
@@ -215,6 +218,7 @@ TEST(ClosedLoop, FollowsAHalfCircle) {
   mats.course.half_circle_y_m = 0.22;
   for (const bool rotate : {true, false}) {
     TrackOptions options;
+    options.tracker.method = DecisionMethod::kVoting;
     options.head.rotate = rotate;
     const TrackResult result = Drive(mats, options, 5);
     EXPECT_EQ(result.end, TrackEnd::kDone);
@@ -325,6 +329,7 @@ TEST(ClosedLoop, TheSecondLinesOfTheThreeLinesSensorWatchToo) {
 TEST(ClosedLoop, SendsACorrectionEveryPeriodAndEdgesThatAreWhereTheyWereSensed) {
   const MatOptions mats = PlainMats();
   TrackOptions options;
+  options.tracker.method = DecisionMethod::kVoting;
   options.tracker.packet_period_s = 0.2;
   const TrackResult slow = Drive(mats, options, 12);
   EXPECT_NEAR(static_cast<double>(slow.packets.size()), slow.path.back().time_s / 0.2, 3.0);

@@ -110,6 +110,7 @@ TEST(ReadSeamExperiment, NamesWhatIsWrong) {
   refused(sensor + "seems: 4\n", "seems");
   refused(sensor + "seams: 0\n", "seams");
   refused(sensor + "decisions: [steps, voting, steps]\n", "'steps' twice");
+  refused(sensor + "decisions: [voting_as_published]\n", "voting, weights, steps");
   refused(sensor + "texture:\n  gloss: 2\n", "gloss");
   refused(sensor + "monitor:\n  window: 2\n", "window");
   refused(sensor + "track:\n  length_mm: -4\n", "length_mm");

@@ -24,8 +24,7 @@ using testing_support::Shipped;
 using testing_support::TempFolder;
 using Cells = std::vector<std::string>;
 
-// The title of runs with the default method names the rules that are not in the dissertation.
-const std::string kVotingTitle = "Voting + step fit + confirmation + refinement";
+const std::string kVotingTitle = "Voting as published";
 
 Record RecordOf(const SeamParams& params, const std::string& data) {
   Record record;
@@ -40,7 +39,7 @@ Record Crashed(const SeamParams& params) {
   return record;
 }
 
-// A run with the default method and, unless it names another one, no hazard.
+// A run with voting and, unless it names another one, no hazard.
 Record RunRecord(RunResult run) {
   run.params.method = DecisionMethod::kVoting;
   return RecordOf(run.params, ToJson(run));

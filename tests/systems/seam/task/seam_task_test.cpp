@@ -57,7 +57,7 @@ TEST(SeamTask, EveryShippedExperimentIsReadAndItsCasesAreNamedOnce) {
     EXPECT_EQ(ids.size(), cases.size());
     EXPECT_EQ(
         cases.size(),
-        std::string(name) == "seam_base" || std::string(name) == "seam_three_lines" ? 13U : 65U);
+        std::string(name) == "seam_base" || std::string(name) == "seam_three_lines" ? 13U : 39U);
   }
 }
 
