@@ -14,6 +14,12 @@ namespace {
 
 // With fewer columns an edge cannot be distinguished from an end: eq. 3.5 uses three on each side.
 constexpr std::size_t kMinEdgeColumns = 8;
+// k of eq. 3.5, n of eq. 3.6 to 3.8 [columns], and number of candidates (eq. 3.9; section 3.3.2).
+constexpr int kStepColumns = 3;
+constexpr int kVotingHalf = 75;
+constexpr int kCandidates = 30;
+// Longest kernel as a share of the profile (section 3.3.3).
+constexpr double kKernel = 0.1;
 
 DetectorResult Nothing(std::size_t m) { return {std::nullopt, std::vector<float>(m, 0.0F)}; }
 
@@ -35,44 +41,29 @@ double SumOf(std::span<const float> f) {
 double Shifted(double n, double sum, double level) { return level * (n * level - 2.0 * sum); }
 
 // S(j) for j = 1 .. m-1 (eq. 3.2); S(0) is left at 0.
-std::vector<double> SquaredDistances(std::span<const float> f, ModelLevels levels) {
+std::vector<double> SquaredDistances(std::span<const float> f) {
   const std::size_t m = f.size();
   const double mean = SumOf(f) / static_cast<double>(m);
-  std::vector<float> min_left(m);   // min of f(i), i < j; j >= 1
-  std::vector<float> max_right(m);  // max of f(i), i >= j
   std::vector<double> sum_left(m);  // sum of f(i) - mean, i < j
-  float min = std::numeric_limits<float>::infinity();
-  float max = -min;
   double total = 0.0;
   double squares = 0.0;
-  // Both directions in one loop, so that the chains of dependent operations overlap.
   for (std::size_t j = 0; j < m; ++j) {
-    min_left[j] = min;
     sum_left[j] = total;
-    min = std::min(min, f[j]);
     // Relative to the mean, so that sums of squares keep their precision.
     const double z = static_cast<double>(f[j]) - mean;
     total += z;
     squares += z * z;
-    max = std::max(max, f[m - 1 - j]);
-    max_right[m - 1 - j] = max;
   }
+  const auto [min, max] = std::ranges::minmax(f);
+  const double low = static_cast<double>(min) - mean;
+  const double high = static_cast<double>(max) - mean;
   std::vector<double> S(m, 0.0);
   for (std::size_t j = 1; j < m; ++j) {
     // Via 32 bits, which vector instructions can convert.
     const auto n_left = static_cast<double>(static_cast<std::int32_t>(j));
     const auto n_right = static_cast<double>(static_cast<std::int32_t>(m - j));
     const double left = sum_left[j];
-    const double right = total - left;
-    if (levels == ModelLevels::kMeans) {
-      S[j] = squares - left * left / n_left - right * right / n_right;
-    } else {
-      // Running extremes at j, or those of the whole profile.
-      const bool running = levels == ModelLevels::kRunningExtremes;
-      const double low = static_cast<double>(running ? min_left[j] : min) - mean;
-      const double high = static_cast<double>(running ? max_right[j] : max) - mean;
-      S[j] = squares + Shifted(n_left, left, low) + Shifted(n_right, right, high);
-    }
+    S[j] = squares + Shifted(n_left, left, low) + Shifted(n_right, total - left, high);
   }
   return S;
 }
@@ -92,11 +83,11 @@ void DivideByMaximum(std::vector<float>& values) {
 }
 
 // Eq. 3.5: the step's height from a few columns on either side.
-double CandidateWeight(std::span<const float> f, int j, int step_columns) {
+double CandidateWeight(std::span<const float> f, int j) {
   const auto m = static_cast<int>(f.size());
   float low = std::numeric_limits<float>::infinity();
   float high = -low;
-  for (int k = 1; k <= step_columns; ++k) {
+  for (int k = 1; k <= kStepColumns; ++k) {
     high = std::max(high, f[static_cast<std::size_t>(std::min(m - 1, j + k))]);
     low = std::min(low, f[static_cast<std::size_t>(std::max(0, j - k))]);
   }
@@ -104,15 +95,15 @@ double CandidateWeight(std::span<const float> f, int j, int step_columns) {
 }
 
 // Eq. 3.6 to 3.8 for the candidate j.
-double VotingSum(std::span<const float> f, int j, int n, int step_columns) {
-  const int begin = std::max(0, j - n);
-  const int end = std::min(static_cast<int>(f.size()), j + n + 1);
+double VotingSum(std::span<const float> f, int j) {
+  const int begin = std::max(0, j - kVotingHalf);
+  const int end = std::min(static_cast<int>(f.size()), j + kVotingHalf + 1);
   const double average = SumOf(Within(f, begin, end)) / (end - begin);
   const float* z = f.data();
   int votes = 0;
   for (int i = begin; i < j; ++i) votes += static_cast<double>(z[i]) < average ? j - i : 0;
   for (int i = j + 1; i < end; ++i) votes += static_cast<double>(z[i]) > average ? i - j : 0;
-  return CandidateWeight(f, j, step_columns) * votes;
+  return CandidateWeight(f, j) * votes;
 }
 
 // Number of columns whose sums stay in registers in the loop over k.
@@ -135,11 +126,11 @@ RANGEGRASP_VECTORISED void SumGradients(const float* f, std::size_t n, std::size
 
 }  // namespace
 
-DetectorResult FitEdgeModel(std::span<const float> f, ModelLevels levels) {
+DetectorResult FitEdgeModel(std::span<const float> f) {
   const std::size_t m = f.size();
   const auto is_first = [&](float z) { return z == f[0]; };
   if (m < kMinEdgeColumns || std::ranges::all_of(f, is_first)) return Nothing(m);  // flat
-  const std::vector<double> S = SquaredDistances(f, levels);
+  const std::vector<double> S = SquaredDistances(f);
   const auto best = std::min_element(S.begin() + 1, S.end());
   const double max = *std::max_element(S.begin() + 1, S.end());
   DetectorResult result{static_cast<int>(best - S.begin()), std::vector<float>(m, 0.0F)};
@@ -161,14 +152,13 @@ std::vector<int> EdgeCandidates(std::span<const float> f, int candidates) {
   return columns;
 }
 
-DetectorResult VoteLocally(std::span<const float> f, const LocalWeightedVotingOptions& options) {
+DetectorResult VoteLocally(std::span<const float> f) {
   const std::size_t m = f.size();
   DetectorResult result = Nothing(m);
   if (m < kMinEdgeColumns) return result;
   double best = 0.0;
-  for (const int j : EdgeCandidates(f, options.candidates)) {
-    const double S =
-        VotingSum(f, j, std::min(options.half_window, static_cast<int>(m)), options.step_columns);
+  for (const int j : EdgeCandidates(f, kCandidates)) {
+    const double S = VotingSum(f, j);
     result.weight[static_cast<std::size_t>(j)] = static_cast<float>(S);
     if (S > best || (S == best && result.column && j < *result.column)) {
       best = S;
@@ -179,11 +169,11 @@ DetectorResult VoteLocally(std::span<const float> f, const LocalWeightedVotingOp
   return result;
 }
 
-DetectorResult AccumulateGradients(std::span<const float> f, double kernel) {
+DetectorResult AccumulateGradients(std::span<const float> f) {
   const std::size_t m = f.size();
   if (m < kMinEdgeColumns) return Nothing(m);
   const auto n =
-      std::max<std::size_t>(1, static_cast<std::size_t>(kernel * static_cast<double>(m)));
+      std::max<std::size_t>(1, static_cast<std::size_t>(kKernel * static_cast<double>(m)));
   const std::size_t tiles = (m + kProfileTile - 1) / kProfileTile;
   std::vector<float> padded(tiles * kProfileTile + 2 * n, f[m - 1]);
   std::fill_n(padded.begin(), n, f[0]);
@@ -197,8 +187,8 @@ DetectorResult AccumulateGradients(std::span<const float> f, double kernel) {
   return result;
 }
 
-std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f, ModelLevels levels) {
-  return {FitEdgeModel(f, levels), VoteLocally(f), AccumulateGradients(f)};
+std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f) {
+  return {FitEdgeModel(f), VoteLocally(f), AccumulateGradients(f)};
 }
 
 }  // namespace rangegrasp::seam

@@ -23,39 +23,24 @@ struct DetectorResult {
   std::vector<float> weight;  ///< m values in [0, 1]: eq. 3.13, 3.14 or 3.15
 };
 
-/// Definition of the model's two levels h (eq. 3.1).
-enum class ModelLevels {
-  kExtremes,         ///< "the minimum and maximum pixel" of the whole profile, for all j
-  kRunningExtremes,  ///< min of f left of j, max of f from j on: eq. 3.1 taken literally
-  kMeans,            ///< means of both sides: the true least-squares step
-};
-constexpr std::array<std::string_view, 3> WordsOf(ModelLevels) {
-  return {"extremes", "running_extremes", "means"};
-}
-/// Global least-squares fit of a step (eq. 3.1-3.4), in O(m) by running sums and extremes.
-/// All columns are evaluated (eq. 3.4). Section 3.3.1 also mentions "a prediction of possible edge
-/// candidates" before the fit but does not describe it.
-DetectorResult FitEdgeModel(std::span<const float> f, ModelLevels levels = ModelLevels::kExtremes);
+/// Global least-squares fit of a step (eq. 3.1-3.4), in O(m) by running sums. The two levels h
+/// (eq. 3.1) are "the minimum and maximum pixel" of the whole profile, for all j. All columns are
+/// evaluated (eq. 3.4). Section 3.3.1 also mentions "a prediction of possible edge candidates"
+/// before the fit but does not describe it.
+DetectorResult FitEdgeModel(std::span<const float> f);
 
-struct LocalWeightedVotingOptions {
-  int half_window = 75;  ///< n of eq. 3.6-3.8, >= 1 [columns] (section 3.3.2)
-  int candidates = 30;   ///< >= 1 (eq. 3.9)
-  int step_columns = 3;  ///< k of eq. 3.5, >= 1
-};
 /// The columns with the greatest nonzero |f(j+1) - f(j)|, at most `candidates`, greatest first
 /// (ties: smaller column first). The candidate is j+1, the first column of the step's far side.
 std::vector<int> EdgeCandidates(std::span<const float> f, int candidates);
-/// Votes of the neighborhood for each candidate (eq. 3.5-3.9). weight is 0 at all other columns.
-/// Windows are truncated at the profile's ends.
-DetectorResult VoteLocally(std::span<const float> f,
-                           const LocalWeightedVotingOptions& options = {});
+/// Votes of the neighborhood for each of 30 candidates (eq. 3.5-3.9). weight is 0 at all other
+/// columns. Windows are truncated at the profile's ends.
+DetectorResult VoteLocally(std::span<const float> f);
 
-/// Sum of gradient magnitudes over growing kernels (eq. 3.12). The end values are repeated beyond
-/// the ends. O(m * kernel); written so that the compiler vectorises it over i.
-/// @param kernel  longest kernel as a share of the profile, in (0, 0.5] (section 3.3.3)
-DetectorResult AccumulateGradients(std::span<const float> f, double kernel = 0.1);
+/// Sum of gradient magnitudes over growing kernels, up to a tenth of the profile (eq. 3.12). The
+/// end values are repeated beyond the ends. O(m * kernel); written so that the compiler vectorises
+/// it over i.
+DetectorResult AccumulateGradients(std::span<const float> f);
 
-std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f,
-                                                   ModelLevels levels = ModelLevels::kExtremes);
+std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f);
 
 }  // namespace rangegrasp::seam

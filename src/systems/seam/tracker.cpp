@@ -37,11 +37,6 @@ void CheckSteps(const TrackerOptions& options) {
                   least_1_m * kMm, options.line.columns_per_m * kMm));
 }
 
-void ReadDetectors(YamlMap map, ModelLevels& levels) {
-  map.Read("model_levels", levels, "the two heights of the step in model fitting");
-  map.Finish();
-}
-
 void ReadStepTrack(YamlMap map, StepTrackOptions& options) {
   map.ReadScaled("min_step_mm", options.min_step_m, kMm, 0.0, 100.0, "minimum height of an edge");
   map.Read("evidence", options.evidence, 0.0, 1e6,
@@ -69,11 +64,10 @@ constexpr int kHeightHalf = 6;
 
 // Runs the detectors on the part of the profile from the first to the last measured column, where
 // holes are filled. Resulting columns and weights are those of the whole line.
-std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepared,
-                                                    ModelLevels levels) {
+std::array<DetectorResult, kDetectors> DetectWithin(const PreparedProfile& prepared) {
   const auto first = static_cast<std::size_t>(prepared.first_column);
   const auto count = static_cast<std::size_t>(prepared.last_column - prepared.first_column + 1);
-  auto results = DetectEdges(std::span(prepared.height_m).subspan(first, count), levels);
+  auto results = DetectEdges(std::span(prepared.height_m).subspan(first, count));
   for (DetectorResult& result : results) {
     if (result.column) *result.column += prepared.first_column;
     result.weight.insert(result.weight.begin(), first, 0.0F);
@@ -117,7 +111,6 @@ void ReadTrackerOptions(YamlMap& map, TrackerOptions& options) {
            "all methods or those of decisions");
   map.ReadScaled("columns_per_mm", options.line.columns_per_m, 1.0 / kMm, 0.1, 1000.0,
                  "columns per millimetre of the line; a simulated sensor's own value has priority");
-  ReadDetectors(map.Child("detectors", "the three detectors"), options.model_levels);
   map.ReadScaled("packet_period_ms", options.packet_period_s, kMs, 1.0, 10'000.0,
                  "time between two packets to the robot");
   ReadStepTrack(map.Child("step_track", "method steps"), options.step_track);
@@ -275,7 +268,7 @@ struct EdgeTracker::Impl {
     at_once.reset();
     if (options.method == DecisionMethod::kSteps) return DecideBySteps(reading);
     if (!prepared.Usable()) return;
-    results = DetectWithin(prepared, options.model_levels);
+    results = DetectWithin(prepared);
     for (std::size_t d = 0; d < kDetectors; ++d) reading.detected[d] = results[d].column;
     options.method == DecisionMethod::kVoting ? DecideByVoting(reading) : DecideByWeights(reading);
   }

@@ -33,7 +33,6 @@ constexpr double kThinnestMat_m = 0.3e-3;
 struct TrackerOptions {
   LineGeometry line;
   PreprocessOptions preprocess;
-  ModelLevels model_levels = ModelLevels::kExtremes;
   DecisionMethod method = DecisionMethod::kSteps;  ///< misses the fewest edges (docs/seam.md)
   double packet_period_s = 0.1;
   /// > 0, of PredictByLine; half a millimetre with the base sensor. A larger value accepts fibres

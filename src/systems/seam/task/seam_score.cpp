@@ -226,7 +226,7 @@ std::vector<std::pair<std::string, double>> TimeSteps(const SeamExperiment& expe
     prepared.push_back(Prepare(Calibrate(raw, calibration), options.preprocess));
   }
   end_step();
-  for (const auto& profile : prepared) FitEdgeModel(profile.height_m, options.model_levels);
+  for (const auto& profile : prepared) FitEdgeModel(profile.height_m);
   end_step();
   for (const auto& profile : prepared) VoteLocally(profile.height_m);
   end_step();
