@@ -34,8 +34,7 @@ struct HeadOptions {
   double max_acceleration_m_s2 = 0.3;
   double max_rotation_rad_s = 0.5;
   double max_rotation_acceleration_rad_s2 = 2.0;
-  double max_jump_m = 12e-3;  ///< the half circle of fig. 3.25 begins with a jump of 10.5 mm
-  bool rotate = true;         ///< false: only shift (section 3.5.2)
+  bool rotate = true;  ///< false: only shift (section 3.5.2)
 };
 
 struct TrackOptions {

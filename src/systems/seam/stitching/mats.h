@@ -40,17 +40,17 @@ enum class Weave {
   kPlaited,         ///< two slanted directions, over two and under two
 };
 
-/// Appearance of the mats: the keys of `texture` in an experiment describe each value. The defaults
-/// are the frozen settings (docs/seam.md explains how they were found). Textures and frays are
-/// functions of position and seed: two profiles at one place see the same mat.
+/// Appearance of the mats: the keys of `texture` in an experiment describe most values. The
+/// defaults are the frozen settings (docs/seam.md explains how they were found). Textures and frays
+/// are functions of position and seed: two profiles at one place see the same mat.
 struct MatTexture {
-  double weave_period_m = 3e-3;
+  double weave_period_m = 3e-3;  ///< width of a tow
   double weave_relief_m = 0.0114e-3;
   double fuzz_m = 0.0055e-3;
   double waviness_m = 0.12e-3;  ///< mats are "very uneven" (section 3.7)
   double waviness_length_m = 0.5e-3;
   double fray_m = 0.11e-3;
-  double fray_length_m = 4e-3;
+  double fray_length_m = 4e-3;  ///< correlation length of the edge's deviation
   double filaments_per_m = 70.0;
   double loose_filaments_per_m2 = 250.0;
   double filament_height_m = 0.33e-3;
@@ -60,7 +60,7 @@ struct MatTexture {
   Weave weave = Weave::kWoven;
   double fuzz_length_m = 0.3e-3;   ///< length of fuzz along x; three times this along y
   double filament_reach_m = 2e-3;  ///< mean distance of the edge's filaments from the edge
-  double steep_rad = 0.4;          ///< the return decreases from half of this slope on
+  double steep_rad = 0.4;          ///< no light returns from this slope on, less from half of it on
 };
 
 struct MatOptions {

@@ -34,7 +34,6 @@ void BeginOnLine(const SeamExperiment& experiment, EdgeCourse& course) {
 }
 
 void ReadTexture(YamlMap map, MatTexture& texture) {
-  map.ReadScaled("weave_period_mm", texture.weave_period_m, kMm, 0.2, 50.0, "width of a tow");
   map.ReadScaled("weave_relief_mm", texture.weave_relief_m, kMm, 0.0, 2.0,
                  "height of the woven relief");
   map.ReadScaled("fuzz_mm", texture.fuzz_m, kMm, 0.0, 1.0,
@@ -45,8 +44,6 @@ void ReadTexture(YamlMap map, MatTexture& texture) {
                  "mean half wavelength of these waves");
   map.ReadScaled("fray_mm", texture.fray_m, kMm, 0.0, 5.0,
                  "deviation of the edge from its course, standard deviation");
-  map.ReadScaled("fray_length_mm", texture.fray_length_m, kMm, 0.2, 100.0,
-                 "correlation length of this deviation");
   map.ReadScaled("filaments_per_mm", texture.filaments_per_m, 1.0 / kMm, 0.0, 10.0,
                  "number of filaments that stick out of the edge");
   map.ReadScaled("loose_filaments_per_mm2", texture.loose_filaments_per_m2, 1e6, 0.0, 1.0,
@@ -57,8 +54,6 @@ void ReadTexture(YamlMap map, MatTexture& texture) {
            "share of the edge with a detached bundle of fibres next to it");
   map.Read("gloss", texture.gloss, 0.0, 1.0,
            "how often a tow reflects the light away from the camera: 0 dull, 1 like a mirror");
-  map.ReadScaled("steep_deg", texture.steep_rad, base::kDeg, 1.0, 89.0,
-                 "slope of the surface above which no light returns to the camera");
   map.Read("darkness", texture.darkness, 0.0, 1.0, "darkness of the mats: 0 bright, 1 black");
   map.Finish();
 }
@@ -73,9 +68,6 @@ void ReadTrack(YamlMap map, TrackOptions& options) {
            "whether the head also rotates along the seam; false: it only moves sideways");
   map.ReadScaled("max_lateral_speed_mm_s", head.max_lateral_speed_m_s, kMm, 1.0, 2000.0,
                  "maximum lateral speed of the head's corrections");
-  map.ReadScaled("max_jump_mm", head.max_jump_m, kMm, 0.1, 1000.0,
-                 "maximum jump of the edge between two packets, in addition to the possible "
-                 "movement of the head in this time; packets with a larger jump are ignored");
   map.ReadScaled("max_acceleration_mm_s2", head.max_acceleration_m_s2, kMm, 1.0, 20'000.0,
                  "maximum acceleration of the head");
   map.Read("max_rotation_rad_s", head.max_rotation_rad_s, 0.01, 20.0,

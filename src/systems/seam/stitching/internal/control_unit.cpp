@@ -86,6 +86,9 @@ constexpr double kFollowGain_1_s = 10.0;
 constexpr double kSeenLength = 1.4;
 // Maximum distance of an edge from the middle of a turned line.
 constexpr double kTurned_m = 20e-3;
+// Maximum jump of the edge between two packets, in addition to the possible movement of the head in
+// this time. The half circle of fig. 3.25 begins with a jump of 10.5 mm.
+constexpr double kMaxJump_m = 12e-3;
 // Number of points from which a jump is measured: a stray one among them does no harm.
 constexpr std::size_t kLast = 3;
 
@@ -233,8 +236,8 @@ void ControlUnit::TakeStop(const Correction& correction) {
 bool ControlUnit::IsJump(const Point& edge, double time_s) const {
   if (last_.size() < kLast) return false;
   return std::ranges::all_of(last_, [&](const TrackPoint& p) {
-    const double reach = options_.head.max_jump_m +
-                         options_.head.max_lateral_speed_m_s * std::max(0.0, time_s - p.time_s);
+    const double reach =
+        kMaxJump_m + options_.head.max_lateral_speed_m_s * std::max(0.0, time_s - p.time_s);
     return std::abs(edge.x() - p.x_m) > reach;
   });
 }
