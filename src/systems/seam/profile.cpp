@@ -12,6 +12,8 @@
 namespace rangegrasp::seam {
 namespace {
 
+// Minimum number of points after the filter: an eighth of 1024 columns.
+constexpr int kMinPoints = 128;
 constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 
 bool IsFinite(float z) { return std::abs(z) <= std::numeric_limits<float>::max(); }
@@ -156,19 +158,19 @@ void FillHoles(std::span<float> height_m) {
   }
 }
 
-PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options) {
+PreparedProfile Prepare(const Profile& profile, const FilterOptions& options) {
   PreparedProfile prepared;
   prepared.time_s = profile.time_s;
   prepared.moved_m = profile.moved_m;
   prepared.original_m = profile.height_m;
   std::vector<float> height =
-      FilterGeometric(profile.height_m, ForDensity(options.filter, profile.height_m));
+      FilterGeometric(profile.height_m, ForDensity(options, profile.height_m));
   const auto points = std::ranges::count_if(height, IsFinite);
   if (points > 0) {
     prepared.first_column = static_cast<int>(FirstFinite(height));
     prepared.last_column = static_cast<int>(LastFinite(height));
   }
-  if (points < options.min_columns) return prepared;
+  if (points < kMinPoints) return prepared;
   Subtract(FitQuadratic(height), height);
   FillHoles(height);
   prepared.height_m = std::move(height);

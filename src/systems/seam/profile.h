@@ -52,11 +52,6 @@ struct FilterOptions {
   int min_neighbors = 10;  ///< >= 0; Prepare scales it by the profile's share of measured points
 };
 
-struct PreprocessOptions {
-  FilterOptions filter;
-  int min_columns = 128;  ///< of points after the filter, >= 8: an eighth of 1024
-};
-
 /// The geometric filter (dissertation, section 3.2): keeps a point if at least `min_neighbors`
 /// others lie within the rectangular window around it. O(columns x window).
 /// @return the heights, NaN where a point was dropped or missing.
@@ -84,7 +79,8 @@ struct PreparedProfile {
   bool Usable() const { return !height_m.empty(); }
 };
 
-/// Filter, normalisation, hole filling, in this order.
-PreparedProfile Prepare(const Profile& profile, const PreprocessOptions& options);
+/// Filter, normalisation, hole filling, in this order. Unusable if fewer than 128 points pass the
+/// filter.
+PreparedProfile Prepare(const Profile& profile, const FilterOptions& options = {});
 
 }  // namespace rangegrasp::seam

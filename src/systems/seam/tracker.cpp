@@ -94,8 +94,8 @@ TrackerOptions WithWindowsOfLine(const TrackerOptions& options) {
   const auto whole = [scale](int& columns, int least) {
     columns = std::max(least, static_cast<int>(std::lround(scale * columns)));
   };
-  whole(scaled.preprocess.filter.half_width_columns, 1);
-  whole(scaled.preprocess.filter.min_neighbors, 0);
+  whole(scaled.filter.half_width_columns, 1);
+  whole(scaled.filter.min_neighbors, 0);
   whole(track.steps.stride, 1);
   for (int& half : track.steps.half_windows) whole(half, 0);
   for (double* columns : {&scaled.inlier_columns, &scaled.history_sigma_columns,
@@ -317,7 +317,7 @@ Reading EdgeTracker::Update(const Profile& profile) {
     std::ranges::reverse(mirrored.height_m);
     mirrored.moved_m = -profile.moved_m;
   }
-  t.prepared = Prepare(mirrored, t.options.preprocess);
+  t.prepared = Prepare(mirrored, t.options.filter);
   Reading reading;
   reading.time_s = profile.time_s;
   t.ForgetOld(profile.time_s);

@@ -32,7 +32,7 @@ constexpr double kThinnestMat_m = 0.3e-3;
 /// The keys in ReadTrackerOptions describe each option.
 struct TrackerOptions {
   LineGeometry line;
-  PreprocessOptions preprocess;
+  FilterOptions filter;
   DecisionMethod method = DecisionMethod::kSteps;  ///< misses the fewest edges (docs/seam.md)
   double packet_period_s = 0.1;
   /// > 0, of PredictByLine; half a millimetre with the base sensor. A larger value accepts fibres

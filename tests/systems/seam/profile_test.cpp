@@ -22,12 +22,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::uint64_t kPreprocessSeeds = 100;
 
 // These options are set here because the defaults may be tuned.
-PreprocessOptions Options() {
-  PreprocessOptions options;
-  options.filter = {8, 0.2e-3, 6};
-  options.min_columns = 128;
-  return options;
-}
+constexpr FilterOptions kOptions = {8, 0.2e-3, 6};
 
 // Equal to the last bit, including NaNs.
 bool SameBits(const std::vector<float>& a, const std::vector<float>& b) {
@@ -102,10 +97,10 @@ TEST(GeometricFilter, AWindowWiderThanTheProfileIsTheWholeProfile) {
 TEST(GeometricFilter, DropsFilamentsAndKeepsAStep) {
   std::vector<float> step(1024, 0.0F);
   std::fill(step.begin() + 400, step.end(), 1e-3F);
-  EXPECT_TRUE(SameBits(FilterGeometric(step, Options().filter), step));
+  EXPECT_TRUE(SameBits(FilterGeometric(step, kOptions), step));
   auto frayed = step;
   for (std::size_t i = 100; i < 106; ++i) frayed[i] = 2e-3F;  // five neighbors are too few
-  const auto kept = FilterGeometric(frayed, Options().filter);
+  const auto kept = FilterGeometric(frayed, kOptions);
   for (std::size_t i = 0; i < frayed.size(); ++i) {
     EXPECT_EQ(std::isnan(kept[i]), i >= 100 && i < 106) << i;
   }
@@ -226,7 +221,7 @@ TEST(Prepare, KeepsTheOriginalToTheLastBit) {
   for (std::uint64_t seed = 0; seed < kPreprocessSeeds; ++seed) {
     Rng rng(seed);
     const Profile profile{PreprocessRandomProfile(300, rng), 1.5};
-    const auto prepared = Prepare(profile, Options());
+    const auto prepared = Prepare(profile, kOptions);
     EXPECT_TRUE(SameBits(prepared.original_m, profile.height_m)) << seed;
     EXPECT_EQ(prepared.time_s, 1.5);
   }
@@ -239,13 +234,13 @@ TEST(Prepare, IsFilterThenNormalisationThenFilling) {
     const auto noise = PreprocessRandomProfile(400, rng);
     for (std::size_t i = 0; i < noise.size(); ++i) profile.height_m[i] += noise[i];
     // For a profile with holes, the required number of neighbours is reduced in proportion.
-    FilterOptions filter = Options().filter;
+    FilterOptions filter = kOptions;
     const auto there = std::count_if(profile.height_m.begin(), profile.height_m.end(),
                                      [](float height) { return std::isfinite(height); });
     filter.min_neighbors =
         static_cast<int>(std::ceil(filter.min_neighbors * static_cast<double>(there) / 400.0));
     const auto filtered = FilterGeometric(profile.height_m, filter);
-    const auto prepared = Prepare(profile, Options());
+    const auto prepared = Prepare(profile, kOptions);
     ASSERT_TRUE(prepared.Usable()) << seed;
     const auto curve = FitQuadratic(filtered);
     auto expected = filtered;
@@ -273,7 +268,7 @@ TEST(Prepare, FlattensACurveAndKeepsItsStep) {
     profile.height_m.push_back(
         static_cast<float>(std::sqrt(30e-3 * 30e-3 - x * x) + (i >= 500 ? 5e-4 : 0.0)));
   }
-  const auto prepared = Prepare(profile, Options());
+  const auto prepared = Prepare(profile, kOptions);
   ASSERT_TRUE(prepared.Usable());
   // The curve is smooth. Between two columns it changes by its slope, (x/30 + the share of the
   // 0.5 mm) times 20 um.
@@ -283,16 +278,14 @@ TEST(Prepare, FlattensACurveAndKeepsItsStep) {
 }
 
 TEST(Prepare, TooFewPointsAreUnusable) {
-  PreprocessOptions options = Options();
-  options.min_columns = 100;
   Profile profile{std::vector<float>(200, kNaN), 0.0};
-  std::fill_n(profile.height_m.begin() + 50, 99, 1e-3F);
-  const auto few = Prepare(profile, options);
+  std::fill_n(profile.height_m.begin() + 50, 127, 1e-3F);
+  const auto few = Prepare(profile, kOptions);
   EXPECT_FALSE(few.Usable());
   EXPECT_EQ(few.original_m.size(), 200u);
-  profile.height_m[149] = 1e-3F;
-  EXPECT_TRUE(Prepare(profile, options).Usable());
-  EXPECT_FALSE(Prepare({{}, 0.0}, options).Usable());
+  profile.height_m[177] = 1e-3F;
+  EXPECT_TRUE(Prepare(profile, kOptions).Usable());
+  EXPECT_FALSE(Prepare({{}, 0.0}, kOptions).Usable());
 }
 
 }  // namespace

@@ -223,7 +223,7 @@ std::vector<std::pair<std::string, double>> TimeSteps(const SeamExperiment& expe
   std::vector<PreparedProfile> prepared;
   watch.Restart();
   for (const auto& raw : recording.raw) {
-    prepared.push_back(Prepare(Calibrate(raw, calibration), options.preprocess));
+    prepared.push_back(Prepare(Calibrate(raw, calibration), options.filter));
   }
   end_step();
   for (const auto& profile : prepared) FitEdgeModel(profile.height_m);
