@@ -329,13 +329,6 @@ constexpr int kElsewhere = 10;
 constexpr double kHeightGain = 0.03;
 constexpr int kYoung = 20;
 
-// Offset of the peak from a maximum, by the parabola through it and its neighbors: from -0.5 to 0.5
-// of their spacing.
-double SummitOffset(double before, double greatest, double after) {
-  const double bend = before - 2.0 * greatest + after;
-  return bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
-}
-
 }  // namespace
 
 std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
@@ -478,10 +471,11 @@ bool StepTrack::IsSure(double column, const Way& way, const LocalStep& there) {
 // Column of the peak of the parabola through a place's evidence and its neighbors'.
 double StepTrack::Peak(std::size_t place) const {
   const double stride = options_.steps.stride;
-  const std::vector<Way>& ways = ways_;
-  if (place == 0 || place + 1 >= ways.size()) return stride * static_cast<double>(place);
-  const double offset =
-      SummitOffset(ways[place - 1].evidence, ways[place].evidence, ways[place + 1].evidence);
+  if (place == 0 || place + 1 >= ways_.size()) return stride * static_cast<double>(place);
+  const double before = ways_[place - 1].evidence;
+  const double after = ways_[place + 1].evidence;
+  const double bend = before - 2.0 * ways_[place].evidence + after;
+  const double offset = bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
   return stride * (static_cast<double>(place) + offset);
 }
 

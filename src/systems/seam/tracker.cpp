@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/statistics.h"
 #include "base/units.h"
+#include "seam/decision.h"
 
 namespace rangegrasp::seam {
 namespace {

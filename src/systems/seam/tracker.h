@@ -8,7 +8,6 @@
 
 #include "base/yaml_map.h"
 #include "seam/calibration.h"
-#include "seam/decision.h"
 #include "seam/detectors.h"
 #include "seam/profile.h"
 #include "seam/step_track.h"

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/rng.h"
 #include "error_of.h"
+#include "seam/decision.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::seam {
