@@ -180,7 +180,7 @@ void AddSeamCommands(CLI::App& app) {
   auto* seam = app.add_subcommand(
       "seam", "Detect edges of overlapping fibre mats in laser-stripe profiles.");
   seam->require_subcommand(1);
-  seam->footer("Example: rangegrasp seam detect profiles.csv --method weights");
+  seam->footer("Example: rangegrasp seam detect profiles.csv");
   AddSeamGenerate(*seam);
   AddSeamCalibrate(*seam);
   AddSeamDetect(*seam);
