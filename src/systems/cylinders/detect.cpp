@@ -65,7 +65,7 @@ void AddRim(const Rim& rim, FoundCylinder& found) {
   found.rim_share = rim.share;
 }
 
-/// Fits (refine_pose) and checks (check_shape) a given cylinder at a candidate axis.
+/// Fits and checks a given cylinder at a candidate axis.
 class Examination {
  public:
   Examination(const CandidateContext& context, const GivenCylinder& given)
@@ -189,7 +189,6 @@ class Examination {
     const auto& [refined, ends, rays, shown] = seen;
     found.cylinder_C.center = refined.axis.point + middle_m * refined.axis.direction;
     if (IsSunk(found.cylinder_C)) return false;
-    if (!context_.options.check_shape) return true;
     const double half = 0.5 * given_.height_m;
     return MayBeHidden(seen, middle_m - half, ends.low_m) &&
            MayBeHidden(seen, ends.high_m, middle_m + half) && Agrees(found, &rays);
@@ -258,8 +257,7 @@ class Examination {
     found.cylinder_C = {foot + 0.5 * given_.height_m * up, up, rim.circle_C.radius_m,
                         given_.height_m};
     AddRim(rim, found);
-    if (context_.options.check_shape && !Agrees(found)) return std::nullopt;
-    return found;
+    return Agrees(found) ? std::optional(found) : std::nullopt;
   }
 
   const CandidateContext& context_;
@@ -380,17 +378,17 @@ void AdaptToTable(CylinderScene& scene, DetectOptions& options) {
 
 void FindTable(const Measured& measured, DetectOptions& options, base::Rng& rng,
                CylinderScene& scene) {
-  if (options.adapt_lengths) {
+  if (!options.as_published) {
     scene.sampling = perception::MeasureSampling(scene.points_C, options.sampling);
     AdaptLengths(scene.sampling, options);
   }
   const Eigen::Vector3d origin = geometry::Centroid(measured.places_C);
-  auto table = options.robust_table
-                   ? perception::FindTable(scene.points_C, origin, options.preprocess, rng)
-                   : DominantPlane(scene.points_C, origin, options, rng);
+  auto table = options.as_published
+                   ? DominantPlane(scene.points_C, origin, options, rng)
+                   : perception::FindTable(scene.points_C, origin, options.preprocess, rng);
   if (!table) throw base::InputError("no table: no plane has enough points");
   scene.table = std::move(*table);
-  if (options.adapt_lengths && options.robust_table) AdaptToTable(scene, options);
+  if (!options.as_published) AdaptToTable(scene, options);
 }
 
 void Filter(const DetectOptions& options, CylinderScene& scene) {
@@ -398,9 +396,8 @@ void Filter(const DetectOptions& options, CylinderScene& scene) {
   for (const auto i : scene.table.points) is_above[i] = false;
   const Indices above = geometry::PositionsOf(is_above);
   const perception::OutlierFilterOptions as_options{
-      options.preprocess.isolated_outliers, options.repeated_filter,
-      options.preprocess.filter_unit_m,
-      options.repeated_filter ? double{options.preprocess.filter_keep_m} : 0.0};
+      options.preprocess.isolated_outliers, !options.as_published, options.preprocess.filter_unit_m,
+      options.as_published ? 0.0 : double{options.preprocess.filter_keep_m}};
   const Points points = geometry::Select(scene.points_C, above);
   for (const auto k : perception::CompressionRateFilter(points, as_options)) {
     scene.source.push_back(above[k]);
@@ -414,7 +411,7 @@ geometry::NeighborLists FindNormals(const Measured& measured, const KdTree& tree
   Indices place_of;
   for (const auto i : scene.source) place_of.push_back(measured.place_of[i]);
   const double radius_m = options.preprocess.normal_radius_m;
-  const double max_m = options.widened_normals ? options.preprocess.max_widening * radius_m : 0.0;
+  const double max_m = options.as_published ? 0.0 : options.preprocess.max_widening * radius_m;
   geometry::NeighborLists neighbors;
   scene.cloud.normals = geometry::EstimateNormals(scene.cloud.points, tree, radius_m,
                                                   measured.places_C, place_of, max_m, &neighbors);
@@ -442,31 +439,29 @@ void KeepTops(const Measured& measured, const DetectOptions& options, const Cyli
   const double min_cosine = std::cos(options.curvature.max_tilt_rad);
   std::erase_if(points, [&](std::uint32_t i) {
     const Eigen::Vector3d& n_C = scene.cloud.normals[i];
-    return options.table_gate ? n_C.dot(up) < min_cosine
-                              : !PassesSensorGate(R_CS.transpose() * n_C);
+    return options.as_published ? !PassesSensorGate(R_CS.transpose() * n_C)
+                                : n_C.dot(up) < min_cosine;
   });
 }
 
 /// As published, all curvature points are segmented (section 4.2.3), and then the top ones of each
-/// fragment are used (section 4.2.4). With table_gate, only the top ones are segmented.
+/// fragment are used (section 4.2.4). Here only the top ones are segmented.
 void FindFragments(const Measured& measured, const DetectOptions& options, CylinderScene& scene) {
   Indices curved;
   std::ranges::set_union(scene.curved, scene.edges, std::back_inserter(curved));
-  if (options.table_gate) KeepTops(measured, options, scene, curved);
-  FragmentOptions as_options = options.fragments;
-  if (!options.wide_links) as_options.link = 0.0;
-  scene.fragments = Fragments(geometry::Select(scene.cloud.points, curved), as_options);
+  if (!options.as_published) KeepTops(measured, options, scene, curved);
+  scene.fragments = Fragments(geometry::Select(scene.cloud.points, curved), options.fragments);
   for (Indices& fragment : scene.fragments) {
     for (auto& i : fragment) i = curved[i];
-    if (!options.table_gate) KeepTops(measured, options, scene, fragment);
+    if (options.as_published) KeepTops(measured, options, scene, fragment);
   }
   std::erase_if(scene.fragments, [&](const Indices& fragment) {
-    return fragment.size() < static_cast<std::size_t>(as_options.min_points);
+    return fragment.size() < static_cast<std::size_t>(options.fragments.min_points);
   });
 }
 
 void FindRims(const DetectOptions& options, base::Rng& rng, CylinderScene& scene) {
-  const auto distance = options.curve_distance ? CircleDistance::kCurve : CircleDistance::kSphere;
+  const auto distance = options.as_published ? CircleDistance::kSphere : CircleDistance::kCurve;
   for (const Indices& fragment : scene.fragments) {
     const Points points = geometry::Select(scene.cloud.points, fragment);
     const auto fit = FitRandomCircle(points, options.circle_draws, rng);
@@ -508,7 +503,6 @@ std::vector<Candidate> CandidatesFor(const CandidateContext& context, const Give
     if (RadiusError(rim, given) > options.accept.max_rim_error_m) continue;
     candidates.push_back({{rim.circle_C.center, up}, &rim});
   }
-  if (!options.barrel_search) return candidates;
   for (const Line& axis :
        FindBarrels(scene.cloud, up, given.radius_m, given.height_m, options.search, rng)) {
     candidates.push_back({axis, nullptr});
@@ -565,8 +559,9 @@ void FindGiven(const CandidateContext& context, std::span<const GivenCylinder> g
 
 DetectOptions AsPublished() {
   DetectOptions options;
-  base::SwitchAll<DetectAdditions>(false, options);
+  options.as_published = true;
   options.curvature.line_step_m = 0.0;  // the adjacent samples (eq. 4.14)
+  options.fragments.link = 0.0;         // d_ca (eq. 4.17)
   return options;
 }
 
@@ -602,10 +597,10 @@ CylinderScene DetectCylinders(const geometry::Observation& observation,
   FindRims(options, rng, scene);
   const CandidateContext context{
       scene, {scene.points_C, measured.places_C, measured.place_of}, options};
-  if (options.refine_pose) {
-    FindGiven(context, given, rng, scene);
-  } else {
+  if (options.as_published) {
     TakeNearestRims(context, given, scene);
+  } else {
+    FindGiven(context, given, rng, scene);
   }
   scene.seconds.emplace_back("cylinders", watch.Restart());
   return scene;

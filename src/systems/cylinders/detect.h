@@ -6,49 +6,6 @@
 
 namespace rangegrasp::cylinders {
 
-/// Additions to chapter 4 in the detection of given cylinders; with every switch off it is the
-/// published method (base/words.h).
-struct DetectAdditions {
-  bool adapt_lengths = true;
-  bool robust_table = true;
-  bool repeated_filter = true;
-  bool widened_normals = true;
-  bool table_gate = true;
-  bool wide_links = true;
-  bool curve_distance = true;
-  bool barrel_search = true;
-  bool refine_pose = true;
-  bool check_shape = true;
-};
-constexpr std::array<base::Addition<DetectAdditions>, 10> AdditionsOf(const DetectAdditions*) {
-  using A = DetectAdditions;
-  return {{
-      {"adapt_lengths", &A::adapt_lengths,
-       "adapt lengths to the measured noise and point spacing; off: the published lengths"},
-      {"robust_table", &A::robust_table,
-       "find the table as in perception; off: the plane with most points near it"},
-      {"repeated_filter", &A::repeated_filter,
-       "repeat the outlier filter until it finds none, and keep points with near neighbors"},
-      {"widened_normals", &A::widened_normals,
-       "enlarge the neighborhood of normals if all its points lie on one scan line"},
-      {"table_gate", &A::table_gate,
-       "recognize points of a top by the table's normal; off: by n_x > n_y, n_z in the sensor's "
-       "frame"},
-      {"wide_links", &A::wide_links,
-       "connect points of a fragment over several mean distances; off: below d_ca"},
-      {"curve_distance", &A::curve_distance,
-       "distance of a rim's points from the circle; off: from the sphere around it"},
-      {"barrel_search", &A::barrel_search,
-       "find barrels without their rims, also lying ones; off: only by their rims"},
-      {"refine_pose", &A::refine_pose,
-       "fit the pose to the barrel and its ends; off: the line through axis points"},
-      {"check_shape", &A::check_shape,
-       "radius, height and free space must agree with the given cylinder; off: only the rim "
-       "decides"},
-  }};
-}
-static_assert(base::AllAdditionsListed<DetectAdditions>());
-
 /// Criteria for accepting a given cylinder. Adaptive lengths grow with the noise and the gaps.
 struct AcceptOptions {
   /// Maximum distance of a rim's points from the circle (eq. 4.26).
@@ -86,7 +43,8 @@ struct AcceptOptions {
 };
 
 /// Defaults with an equation or section come from the dissertation; the others are our own.
-struct DetectOptions : DetectAdditions {
+struct DetectOptions {
+  bool as_published = false;  ///< without the additions to chapter 4; set by AsPublished
   /// Table, filter and normals of chapter 5. Without smoothing, which would make barrels thinner.
   perception::PreprocessOptions preprocess;
   perception::SamplingOptions sampling;
@@ -96,11 +54,11 @@ struct DetectOptions : DetectAdditions {
   AcceptOptions accept;
   BarrelOptions barrel;
   BarrelSearchOptions search;
-  /// Without robust_table: a plane with a smaller share of the points is not a table.
+  /// As published: a plane with a smaller share of the points is not a table.
   double min_table_share = 0.05;
 };
 
-/// Options with every addition off.
+/// Options of the published method.
 DetectOptions AsPublished();
 
 // Detection of given cylinders among other objects on a table (section 4.2).
@@ -126,13 +84,13 @@ struct FoundCylinder {
   bool from_rim = false;       ///< found by its rim, otherwise by its barrel
   double rim_share = 0.0;      ///< Rim::share; 0 if found by its barrel
   double length_seen_m = 0.0;  ///< of the barrel along the axis; 0: only its rim was seen
-  ViewCounts view;             ///< agreement with the scan; zeros without check_shape
+  ViewCounts view;             ///< agreement with the scan; zeros as published
   geometry::Indices barrel;    ///< positions in CylinderScene::cloud
 };
 
 struct CylinderScene {
   geometry::Points points_C;  ///< the measured points in the workspace, in the order of the scan
-  perception::Sampling sampling;  ///< zeros if lengths are not adapted
+  perception::Sampling sampling;  ///< zeros as published
   perception::Table table;        ///< positions in points_C
   geometry::PointCloud cloud;     ///< points above the table after the filter, with normals
   geometry::Indices source;       ///< position in points_C of each point of cloud

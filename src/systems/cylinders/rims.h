@@ -32,7 +32,7 @@ struct CurvatureOptions {
   /// stored points ("line by line", section 4.2.3), so that lines end in edges. They are 2 mm apart
   /// there; at distances below the noise every point would be an edge.
   perception::AdaptiveLength line_step_m{0.002, {.noises = 8.0}};
-  /// Maximum angle of a top's normal to the table's (table_gate). Larger: more of a rim's outside.
+  /// Maximum angle of a top's normal to the table's. Larger: more of a rim's outside.
   double max_tilt_rad = base::Deg(55.0);
 };
 
