@@ -131,14 +131,18 @@ namespace {
 constexpr int kCircleRounds = 40;
 constexpr double kRestShare = 1e-9;
 constexpr double kFloorShare = 1e-4;
+constexpr double kHalfway_rad = base::Deg(20.0);  // half of PassesGate's range around 45 deg
+constexpr double kBarrel_m = 0.002;               // distance of the barrel's points (section 4.2.4)
+/// Rounds of gathering the barrel and fitting its axis. Only 1 as printed, along the circle's
+/// normal; a rim of r 10 mm determines it only to a few degrees: 2 mm at 30 mm from the rim.
+constexpr int kBarrelRounds = 8;
 
 /// "Top curvature points": curved points that pass the gate. Ascending.
-geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
-                        const RcfOptions& options) {
+geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared, bool as_printed) {
   const Eigen::Matrix3d R_CS = SensorAxes(input.up, input.eye - geometry::Centroid(input.points));
   geometry::Indices rim;
   for (std::size_t i = 0; i < input.points.size(); ++i) {
-    if (prepared.curved[i] && PassesGate(R_CS.transpose() * prepared.normals[i], options)) {
+    if (prepared.curved[i] && PassesGate(R_CS.transpose() * prepared.normals[i], as_printed)) {
       rim.push_back(static_cast<std::uint32_t>(i));
     }
   }
@@ -146,13 +150,15 @@ geometry::Indices RimOf(const FitInput& input, const RcfPreparation& prepared,
 }
 
 geometry::PointCloud WallOf(const FitInput& input, const RcfPreparation& prepared,
-                            const Barrel& barrel, const RcfOptions& options) {
+                            const Barrel& barrel, bool as_printed) {
   geometry::PointCloud wall;
   for (std::size_t i = 0; i < input.points.size(); ++i) {
-    if (std::abs(barrel.Distance(input.points[i])) > options.tolerance_m) continue;
+    if (std::abs(barrel.Distance(input.points[i])) > kBarrel_m) continue;
     // The visible end is within the tolerance near its rim.
     if (!IsRadial(prepared.normals[i], barrel.axis.direction)) continue;
-    if (options.wall_only && prepared.curved[i]) continue;
+    // Curvature points count, too, as printed ("the curvature points of this run and all remaining
+    // points").
+    if (!as_printed && prepared.curved[i]) continue;
     wall.points.push_back(input.points[i]);
     wall.normals.push_back(prepared.normals[i]);
   }
@@ -161,31 +167,21 @@ geometry::PointCloud WallOf(const FitInput& input, const RcfPreparation& prepare
 
 }  // namespace
 
-RcfOptions RcfAsPrinted() {
-  RcfOptions options;
-  options.gate = RimGate::kSigned;
-  options.barrel_rounds = 1;
-  options.circle_again = false;
-  options.wall_only = false;
-  return options;
-}
-
-bool PassesGate(const Eigen::Vector3d& n_S, const RcfOptions& options) {
-  if (options.gate == RimGate::kSigned) return PassesSensorGate(n_S);
+bool PassesGate(const Eigen::Vector3d& n_S, bool as_printed) {
+  if (as_printed) return PassesSensorGate(n_S);
   const double tilt = std::acos(std::clamp(n_S.x(), -1.0, 1.0));
-  return std::abs(tilt - base::Deg(45.0)) <= options.halfway_rad;
+  return std::abs(tilt - base::Deg(45.0)) <= kHalfway_rad;
 }
 
-RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options) {
+RcfPreparation PrepareRcf(const FitInput& input, double neighborhood_m) {
   const geometry::KdTree tree(input.points);
   geometry::NeighborLists neighbors;
   geometry::PointCloud cloud{{input.points.begin(), input.points.end()}, {}};
-  cloud.normals = geometry::EstimateNormals(
-      input.points, tree, options.neighborhood_m, geometry::Points{input.eye},
-      geometry::Indices(input.points.size(), 0), 0.0, &neighbors);
+  cloud.normals =
+      geometry::EstimateNormals(input.points, tree, neighborhood_m, geometry::Points{input.eye},
+                                geometry::Indices(input.points.size(), 0), 0.0, &neighbors);
   CurvatureOptions curvature;
-  curvature.radius_m = options.neighborhood_m;
-  curvature.min_angle_rad = options.curvature_rad;
+  curvature.radius_m = neighborhood_m;
   auto curved = CurvedPoints(cloud, tree, curvature, neighbors);
   return {std::move(cloud.normals), std::move(curved)};
 }
@@ -219,19 +215,21 @@ std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3
   return circle;
 }
 
-std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepared,
-                             const RcfOptions& options, base::Rng& rng) {
-  const geometry::Points rim = geometry::Select(input.points, RimOf(input, prepared, options));
-  const auto drawn = FitRandomCircle(rim, options.draws, rng);
+std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepared, int draws,
+                             bool as_printed, base::Rng& rng) {
+  const geometry::Points rim = geometry::Select(input.points, RimOf(input, prepared, as_printed));
+  const auto drawn = FitRandomCircle(rim, draws, rng);
   if (!drawn) return std::nullopt;
   Circle circle = *drawn;
   Barrel barrel{{circle.center, circle.normal}, circle.radius_m};
-  for (int round = 0; round < options.barrel_rounds; ++round) {
-    const geometry::PointCloud wall = WallOf(input, prepared, barrel, options);
+  for (int round = 0; round < kBarrelRounds; ++round) {
+    const geometry::PointCloud wall = WallOf(input, prepared, barrel, as_printed);
     const auto line = FitLine(AxisPoints(wall.points, wall.normals, barrel.radius_m));
     if (!line) return std::nullopt;
     barrel.axis = *line;
-    if (!options.circle_again) continue;
+    // As printed, the radius is that of the best triple, i.e. of three points of a rim one
+    // millimetre wide.
+    if (as_printed) break;
     const auto again = CircleOnAxis(rim, line->direction, circle);
     if (!again) return std::nullopt;
     circle = *again;

@@ -76,45 +76,20 @@ std::optional<Barrel> FitLeastSquares(geometry::PointSpan points, int iterations
 // Random circle fitting (RCF) of one cylinder's points: rim, circle, axis (sections 4.2.2 to
 // 4.2.4), without the search among other objects.
 
-/// Which curvature points belong to the rim of the upper end.
-enum class RimGate {
-  kSigned,   ///< n_x > n_y and n_x > n_z, as printed; the wall's outline on one side also passes
-  kHalfway,  ///< the normal is about halfway between the normals of the end and the wall
-};
-
-struct RcfOptions {
-  double neighborhood_m = 0.005;           ///< > 0; section 4.2.2; table 4.4 takes 3 mm
-  double curvature_rad = base::Deg(20.0);  ///< section 4.2.3
-  /// A normal estimated across the rim is halfway between both sides if its point is on the rim
-  /// itself. The circle is then that of the rim, and not of a band inside it.
-  RimGate gate = RimGate::kHalfway;
-  double halfway_rad = base::Deg(20.0);  ///< half of kHalfway's range around 45 deg
-  int draws = 100;                       ///< >= 1; the iterations of tables 4.3 and 4.4
-  double tolerance_m = 0.002;            ///< > 0; distance of the barrel's points (section 4.2.4)
-  /// Rounds of gathering the barrel and fitting its axis. 1 as printed, along the circle's normal;
-  /// a rim of r 10 mm determines it only to a few degrees: 2 mm at 30 mm from the rim.
-  int barrel_rounds = 8;
-  /// If true, the radius is that of CircleOnAxis; if false, that of the best triple, as printed,
-  /// which depends on three points of a rim one millimetre wide.
-  bool circle_again = true;
-  /// If true, the axis is fitted to uncurved points only. If false, curvature points with radial
-  /// normals count, too, as printed ("the curvature points of this run and all remaining points").
-  bool wall_only = true;
-};
-
-/// All options as printed in the text.
-RcfOptions RcfAsPrinted();
-
-/// Results computed before the first triple is drawn: the "ppt" of table 4.3. Valid for any gate.
+/// Results computed before the first triple is drawn: the "ppt" of table 4.3.
 struct RcfPreparation {
   geometry::Points normals;  ///< unit vectors towards the eye; one per point
   std::vector<bool> curved;  ///< true for strong curvature points (eq. 4.13)
 };
 /// O(n m) for neighborhoods of m points.
-RcfPreparation PrepareRcf(const FitInput& input, const RcfOptions& options);
+/// @param neighborhood_m  > 0; 5 mm in section 4.2.2, 3 mm in table 4.4
+RcfPreparation PrepareRcf(const FitInput& input, double neighborhood_m);
 
-/// True if a normal, in the frame of SensorAxes, is that of a "top curvature point".
-bool PassesGate(const Eigen::Vector3d& n_S, const RcfOptions& options);
+/// True if a normal, in the frame of SensorAxes, is that of a "top curvature point". As printed,
+/// n_x > n_y and n_x > n_z; the wall's outline on one side also passes. Else, it is about halfway
+/// between the normals of the end and the wall: a normal estimated across the rim is halfway if its
+/// point is on the rim itself. The circle is then that of the rim, and not of a band inside it.
+bool PassesGate(const Eigen::Vector3d& n_S, bool as_printed);
 
 /// The circle perpendicular to the axis with the least sum of distances of the rim points (eq.
 /// 4.24, projected along the axis), by reweighted least squares from `start`. The text calculates
@@ -126,9 +101,11 @@ std::optional<Circle> CircleOnAxis(geometry::PointSpan rim, const Eigen::Vector3
 /// Fits the circle through the rim, gathers the wall (uncurved points within the tolerance of the
 /// cylinder on that circle), fits the axis through p - n r of the wall (algorithm 1), and then the
 /// circle again.
+/// @param draws  >= 1; the iterations of tables 4.3 and 4.4
+/// @param as_printed  as in the text, without our additions
 /// @return nullopt if there is no rim, no circle or no wall.
-std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepared,
-                             const RcfOptions& options, base::Rng& rng);
+std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepared, int draws,
+                             bool as_printed, base::Rng& rng);
 
 // Refinement of a barrel by orthogonal distances, each weighted by the variance that a range
 // sensor's noise gives it. An addition to the dissertation.

@@ -177,16 +177,15 @@ TEST(LeastSquares, RefuseWhatIsNoCylinder) {
 }
 
 const Eigen::Vector3d kAxis = Eigen::Vector3d::UnitX();
+constexpr double kNeighborhood_m = 0.005;
 
 TEST(Gate, AsPrintedComparesSigns) {
-  RcfOptions options = RcfAsPrinted();
   // A normal at the wall's outline.
   const Eigen::Vector3d outline_S = Eigen::Vector3d(0.1, -0.99, 0.05).normalized();
-  EXPECT_TRUE(PassesGate(outline_S, options));
-  EXPECT_TRUE(PassesGate(Eigen::Vector3d::UnitX(), options));
-  options.gate = RimGate::kHalfway;
-  EXPECT_FALSE(PassesGate(Eigen::Vector3d::UnitX(), options));
-  EXPECT_TRUE(PassesGate(Eigen::Vector3d(1.0, 0.0, 1.0).normalized(), options));
+  EXPECT_TRUE(PassesGate(outline_S, true));
+  EXPECT_TRUE(PassesGate(Eigen::Vector3d::UnitX(), true));
+  EXPECT_FALSE(PassesGate(Eigen::Vector3d::UnitX(), false));
+  EXPECT_TRUE(PassesGate(Eigen::Vector3d(1.0, 0.0, 1.0).normalized(), false));
 }
 
 TEST(CircleOnAxis, OfExactPointsIsExactAndStepsOverOutliers) {
@@ -208,8 +207,7 @@ TEST(Rcf, FindsACylinderThatIsSeenFromAbove) {
   const SeenCylinder truth;
   const auto points = truth.Points(80, 60, true, 0.0, rng);
   const FitInput input{points, truth.eye, kAxis};
-  const RcfOptions options;
-  const auto fit = FitRcf(input, PrepareRcf(input, options), options, rng);
+  const auto fit = FitRcf(input, PrepareRcf(input, kNeighborhood_m), 100, false, rng);
   ASSERT_TRUE(fit);
   // The rim is known to within the points' spacing, 2 mm around the end.
   EXPECT_NEAR(fit->radius_m, truth.radius_m, 0.001);
@@ -229,7 +227,7 @@ TEST(Rcf, AsPrintedLeavesOutTheEnd) {
     exact.normals.push_back(is_end ? kAxis : radial.normalized());
     exact.curved.push_back(is_end && radial.norm() > 0.99 * truth.radius_m);  // the outer ring
   }
-  const auto fit = FitRcf({points, truth.eye, kAxis}, exact, RcfAsPrinted(), rng);
+  const auto fit = FitRcf({points, truth.eye, kAxis}, exact, 100, true, rng);
   ASSERT_TRUE(fit);
   EXPECT_LT(AngleBetween(fit->axis.direction, kAxis), 1e-9);
 }
@@ -241,17 +239,12 @@ TEST(Rcf, AsPrintedTakesMoreThanTheWall) {
   const SeenCylinder truth;
   const auto points = truth.Points(80, 60, true, 0.0, points_rng);
   const FitInput input{points, truth.eye, kAxis};
-  const auto error = [&](bool wall_only) {
-    RcfOptions options;
-    options.barrel_rounds = 1;
-    options.circle_again = false;
-    options.wall_only = wall_only;
+  const auto error = [&](bool as_printed) {
     base::Rng rng(1);
-    const auto fit = FitRcf(input, PrepareRcf(input, options), options, rng);
+    const auto fit = FitRcf(input, PrepareRcf(input, kNeighborhood_m), 100, as_printed, rng);
     return fit ? AngleBetween(fit->axis.direction, kAxis) : base::kPi;
   };
-  EXPECT_FALSE(RcfAsPrinted().wall_only);
-  EXPECT_GT(error(false), error(true));
+  EXPECT_GT(error(true), error(false));
 }
 
 TEST(Rcf, WithoutARimThereIsNoFit) {
@@ -259,8 +252,7 @@ TEST(Rcf, WithoutARimThereIsNoFit) {
   const SeenCylinder truth;
   const auto points = truth.Points(80, 60, false, 0.0, rng);
   const FitInput input{points, truth.eye, kAxis};
-  const RcfOptions options;
-  EXPECT_FALSE(FitRcf(input, PrepareRcf(input, options), options, rng));
+  EXPECT_FALSE(FitRcf(input, PrepareRcf(input, kNeighborhood_m), 100, false, rng));
 }
 
 // Off by more than random circles.

@@ -133,17 +133,6 @@ ComparedFit Timed(Method method, int iterations, double preparation_seconds, con
   return {method, iterations, barrel, preparation_seconds + watch.Seconds(), preparation_seconds};
 }
 
-std::optional<Barrel> Rcf(const FitInput& input, const RcfPreparation& prepared,
-                          double neighborhood_m, Method method, int iterations,
-                          std::uint64_t seed) {
-  RcfOptions options = method == Method::kPrinted ? RcfAsPrinted() : RcfOptions{};
-  options.neighborhood_m = neighborhood_m;
-  options.draws = iterations;
-  base::Rng rng(
-      base::DeriveSeed(base::DeriveSeed(seed, "rcf"), static_cast<std::uint64_t>(iterations)));
-  return FitRcf(input, prepared, options, rng);
-}
-
 void AddPcl(const FitInput& input, const ComparisonOptions& options,
             std::vector<ComparedFit>& fits) {
   const base::Stopwatch watch;
@@ -168,10 +157,8 @@ void AddPcl(const FitInput& input, const ComparisonOptions& options,
 std::vector<ComparedFit> CompareFits(const FitInput& input, const ComparisonOptions& options,
                                      std::uint64_t seed) {
   std::vector<ComparedFit> fits;
-  RcfOptions rcf_options;
-  rcf_options.neighborhood_m = options.neighborhood_m;
   const base::Stopwatch watch;
-  const RcfPreparation prepared = PrepareRcf(input, rcf_options);
+  const RcfPreparation prepared = PrepareRcf(input, options.neighborhood_m);
   const double preparation = watch.Seconds();
   for (const Method method : options.methods) {
     if (method == Method::kPcl) {
@@ -185,7 +172,9 @@ std::vector<ComparedFit> CompareFits(const FitInput& input, const ComparisonOpti
         continue;
       }
       const auto fit = [&] {
-        const auto rcf = Rcf(input, prepared, options.neighborhood_m, method, iterations, seed);
+        base::Rng rng(base::DeriveSeed(base::DeriveSeed(seed, "rcf"),
+                                       static_cast<std::uint64_t>(iterations)));
+        const auto rcf = FitRcf(input, prepared, iterations, method == Method::kPrinted, rng);
         return rcf && method == Method::kRefined ? FitRefined(input, *rcf) : rcf;
       };
       fits.push_back(Timed(method, iterations, preparation, fit));

@@ -19,8 +19,8 @@ constexpr std::array<std::string_view, 3> WordsOf(Source) {
 
 enum class Method {
   kLsf,      ///< least squares, as published
-  kPrinted,  ///< random circle fitting exactly as printed (RcfAsPrinted)
-  kRcf,      ///< random circle fitting with our additions (RcfOptions)
+  kPrinted,  ///< random circle fitting exactly as printed
+  kRcf,      ///< random circle fitting with our additions
   kPcl,      ///< the Point Cloud Library's cylinder model
   kRefined,  ///< random circle fitting, refined
 };
