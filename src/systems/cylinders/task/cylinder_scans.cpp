@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/units.h"
+#include "cylinders/cylinder.h"
 #include "sensing/line_scanner.h"
 
 namespace rangegrasp::cylinders {
@@ -16,29 +18,30 @@ namespace {
 /// draws the same noise
 /// @throws base::InputError if `scans` scans do not suffice.
 template <typename Scan>
-CylinderView ScanUntilEnough(const CylinderShape& shape, const Viewpoint& place, int points,
-                             int scans, const char* failure, base::Rng& rng, Scan scan) {
+geometry::Points ScanUntilEnough(const CylinderShape& shape, int points, int scans,
+                                 const char* failure, base::Rng& rng, Scan scan) {
   const double phase_x = rng.Uniform();
   const double phase_y = rng.Uniform();
   const Eigen::Vector2d phase(phase_x, phase_y);
   const base::Rng noise(rng.Next());
   // The outline's area is approximately that of its bounding box.
-  double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / place.distance_m;
+  double pitch = std::sqrt(2.0 * shape.radius_m * shape.height_m / points) / kSensorDistance_m;
   for (int i = 0; i < scans; ++i) {
-    CylinderView view = scan(pitch, phase, noise);
-    if (static_cast<int>(view.points.size()) >= points) {
-      KeepEvenly(points, view);
-      return view;
+    geometry::Points found = scan(pitch, phase, noise);
+    if (static_cast<int>(found.size()) >= points) {
+      KeepEvenly(points, found);
+      return found;
     }
-    const double have = std::max(1.0, static_cast<double>(view.points.size()));
+    const double have = std::max(1.0, static_cast<double>(found.size()));
     pitch /= std::sqrt(1.01 * points / have);
   }
   throw base::InputError(failure);
 }
 
 // Rays through a square grid perpendicular to the line of sight, `pitch` apart at distance 1.
-CylinderView GridOfRays(const CylinderShape& shape, const Eigen::Vector3d& eye, double pitch,
-                        const Eigen::Vector2d& phase, double noise_m, base::Rng rng) {
+geometry::Points GridOfRays(const CylinderShape& shape, double pitch, const Eigen::Vector2d& phase,
+                            double noise_m, base::Rng rng) {
+  const Eigen::Vector3d eye = SensorPosition();
   const Eigen::Vector3d forward = -eye.normalized();
   const Eigen::Vector3d right = Eigen::Vector3d::UnitX().cross(forward).normalized();
   const Eigen::Vector3d down = forward.cross(right);
@@ -47,7 +50,7 @@ CylinderView GridOfRays(const CylinderShape& shape, const Eigen::Vector3d& eye, 
   const auto last = static_cast<int>(std::ceil(half / pitch));
   const Cylinder cylinder{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX(), shape.radius_m,
                           shape.height_m};
-  CylinderView view{.points = {}, .eye = eye};
+  geometry::Points points;
   for (int column = -last; column <= last; ++column) {
     for (int row = -last; row <= last; ++row) {
       const Eigen::Vector3d ray =
@@ -56,38 +59,38 @@ CylinderView GridOfRays(const CylinderShape& shape, const Eigen::Vector3d& eye, 
       const auto entry = EntryOf(eye, ray, cylinder);
       if (!entry) continue;
       const double noise = noise_m * rng.Normal();
-      view.points.push_back(eye + (entry->share + noise) * ray);
+      points.push_back(eye + (entry->share + noise) * ray);
     }
   }
-  return view;
+  return points;
 }
 
 }  // namespace
 
-Eigen::Vector3d Viewpoint::Eye() const {
-  return distance_m * Eigen::Vector3d(std::sin(pitch_rad), 0.0, std::cos(pitch_rad));
+Eigen::Vector3d SensorPosition() {
+  const double pitch_rad = base::Deg(37.0);
+  return kSensorDistance_m * Eigen::Vector3d(std::sin(pitch_rad), 0.0, std::cos(pitch_rad));
 }
 
-CylinderView SyntheticScan(const CylinderShape& shape, const Viewpoint& view, int points,
-                           double noise_m, base::Rng& rng) {
-  return ScanUntilEnough(shape, view, points, 12,
-                         "no grid of rays gives this number of points of the synthetic cylinder",
-                         rng,
-                         [&](double pitch, const Eigen::Vector2d& phase, const base::Rng& noise) {
-                           return GridOfRays(shape, view.Eye(), pitch, phase, noise_m, noise);
-                         });
+geometry::Points SyntheticScan(const CylinderShape& shape, int points, double noise_m,
+                               base::Rng& rng) {
+  return ScanUntilEnough(
+      shape, points, 12, "no grid of rays gives this number of points of the synthetic cylinder",
+      rng, [&](double pitch, const Eigen::Vector2d& phase, const base::Rng& noise) {
+        return GridOfRays(shape, pitch, phase, noise_m, noise);
+      });
 }
 
-void KeepEvenly(int wanted, CylinderView& view) {
-  const auto have = static_cast<std::int64_t>(view.points.size());
+void KeepEvenly(int wanted, geometry::Points& points) {
+  const auto have = static_cast<std::int64_t>(points.size());
   if (have <= wanted) return;
   std::size_t kept = 0;
   for (std::int64_t i = 0; i < have; ++i) {
     if ((i + 1) * wanted / have == i * wanted / have) continue;
-    view.points[kept] = view.points[static_cast<std::size_t>(i)];
+    points[kept] = points[static_cast<std::size_t>(i)];
     ++kept;
   }
-  view.points.resize(kept);
+  points.resize(kept);
 }
 
 namespace {
@@ -146,18 +149,18 @@ base::Pose LookAtMiddle(const Eigen::Vector3d& eye, const Eigen::Vector2d& turn_
   return base::MakePose(R_WS * (turn_x * turn_y).toRotationMatrix(), eye);
 }
 
-CylinderView AboveTable(const sensing::Scan& scan, double limit_x, const Eigen::Vector3d& eye) {
-  CylinderView view{.points = {}, .eye = eye};
+geometry::Points AboveTable(const sensing::Scan& scan, double limit_x) {
+  geometry::Points points;
   for (const Eigen::Vector3d& p : scan.view.image.points_C) {
-    if (p.allFinite() && p.x() > limit_x) view.points.push_back(p);
+    if (p.allFinite() && p.x() > limit_x) points.push_back(p);
   }
-  return view;
+  return points;
 }
 
 }  // namespace
 
-CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int points,
-                          sensing::LineScannerOptions scanner, base::Rng& rng) {
+geometry::Points ScanCylinder(const CylinderShape& shape, int points,
+                              sensing::LineScannerOptions scanner, base::Rng& rng) {
   constexpr const char* kFailure =
       "the scanner cannot measure this number of points of the cylinder";
   std::vector<sim::VisualMesh> meshes(2);
@@ -166,22 +169,21 @@ CylinderView ScanCylinder(const CylinderShape& shape, const Viewpoint& view, int
   meshes[1].mesh_W = MeshOf(shape);
   meshes[1].label = kCylinderLabel;
 
-  const Eigen::Vector3d eye = view.Eye();
   const double reach_m = std::hypot(shape.radius_m, 0.5 * shape.height_m);
   scanner.calibration_sigma_m = 0.0;
   scanner.calibration_sigma_rad = 0.0;
-  scanner.fan_rad = 2.0 * kMargin * std::atan(reach_m / (view.distance_m - reach_m));
-  scanner.pan_range_rad = 2.0 * kMargin * std::atan(shape.radius_m / (view.distance_m - reach_m));
+  scanner.fan_rad = 2.0 * kMargin * std::atan(reach_m / (kSensorDistance_m - reach_m));
+  scanner.pan_range_rad = 2.0 * kMargin * std::atan(shape.radius_m / (kSensorDistance_m - reach_m));
   const auto scan = [&](double pitch, const Eigen::Vector2d& phase, base::Rng noise) {
     scanner.samples = static_cast<int>(std::ceil(scanner.fan_rad / pitch)) + 1;
     scanner.profiles = static_cast<int>(std::ceil(scanner.pan_range_rad / pitch)) + 1;
-    const base::Pose X_WS = LookAtMiddle(eye, phase * pitch);
-    CylinderView found = AboveTable(sensing::ScanScene(meshes, X_WS, scanner, noise),
-                                    -0.5 * shape.height_m + kClearance_m, eye);
-    if (found.points.empty()) throw base::InputError(kFailure);
+    const base::Pose X_WS = LookAtMiddle(SensorPosition(), phase * pitch);
+    geometry::Points found = AboveTable(sensing::ScanScene(meshes, X_WS, scanner, noise),
+                                        -0.5 * shape.height_m + kClearance_m);
+    if (found.empty()) throw base::InputError(kFailure);
     return found;
   };
-  return ScanUntilEnough(shape, view, points, 10, kFailure, rng, scan);
+  return ScanUntilEnough(shape, points, 10, kFailure, rng, scan);
 }
 
 }  // namespace rangegrasp::cylinders

@@ -35,8 +35,7 @@ struct ComparisonOptions {
   std::vector<int> iterations = {100};
   int repetitions = 50;
   double neighborhood_m = 0.005;
-  double noise_m = 0.0;
-  Viewpoint view;
+  double noise_m = 0.0;  ///< of source noisy, along the rays: the scanner's at this distance
   std::filesystem::path sensor;
   sensing::LineScannerOptions scanner;
   std::filesystem::path reference;
@@ -93,12 +92,6 @@ ComparisonOptions ReadComparisonKeys(base::YamlMap& map) {
            "number of range images of each row and source");
   map.ReadScaled("neighborhood_mm", o.neighborhood_m, base::kMm, 0.1, 100.0,
                  "neighborhood for normals and curvature points");
-  map.ReadScaled("noise_mm", o.noise_m, base::kMm, 0.0, 100.0,
-                 "source noisy: noise along the rays; 0: that of the scanner at this distance");
-  map.ReadScaled("distance_mm", o.view.distance_m, base::kMm, 300.0, 5000.0,
-                 "distance from the sensor to the middle of the cylinder");
-  map.ReadScaled("pitch_deg", o.view.pitch_rad, base::kDeg, 0.0, 85.0,
-                 "downward pitch of the sensor");
   map.ReadPath("sensor", o.sensor, "sources noisy and scanned: file of the line scanner");
   map.ReadPath("reference", o.reference, "published table as CSV");
   return o;
@@ -110,9 +103,7 @@ ComparisonOptions ReadComparison(base::YamlMap& map) {
   map.Require("rows");
   map.Finish();
   if (!options.sensor.empty()) options.scanner = sensing::ReadLineScanner(options.sensor);
-  if (options.noise_m == 0.0) {
-    options.noise_m = sensing::DepthSigma(options.scanner, options.view.distance_m);
-  }
+  options.noise_m = sensing::DepthSigma(options.scanner, kSensorDistance_m);
   return options;
 }
 
@@ -224,8 +215,9 @@ class CylindersExperiment : public experiment::Task {
 
   Result Run(const Case& which) const override {
     const CylinderRow& row = RowOf(which);
-    const CylinderView view = ViewOf(which);
-    const auto fits = CompareFits(view.Input(), options_, which.seed);
+    const geometry::Points points = PointsOf(which);
+    const auto fits =
+        CompareFits({points, SensorPosition(), Eigen::Vector3d::UnitX()}, options_, which.seed);
     ordered_json list = ordered_json::array();
     std::vector<std::pair<std::string, double>> seconds;
     int failed = 0;
@@ -236,7 +228,7 @@ class CylindersExperiment : public experiment::Task {
       seconds.emplace_back(name + kPreparation, fit.preparation_seconds);
       failed += fit.barrel ? 0 : 1;
     }
-    const ordered_json data = {{"points", view.points.size()}, {"fits", list}};
+    const ordered_json data = {{"points", points.size()}, {"fits", list}};
     return {"fitted", "fit", fmt::format("{} of {} fits failed", failed, fits.size()), data.dump(),
             seconds};
   }
@@ -264,15 +256,15 @@ class CylindersExperiment : public experiment::Task {
     return options_.rows.at(static_cast<std::size_t>(which.params.Int("row")));
   }
 
-  CylinderView ViewOf(const Case& which) const {
+  geometry::Points PointsOf(const Case& which) const {
     const CylinderRow& row = RowOf(which);
     const auto source = base::FromWord<Source>(which.params.Text("source"), "source");
     base::Rng rng(base::DeriveSeed(which.seed, "view"));
     if (source == Source::kScanned) {
-      return ScanCylinder(row.shape, options_.view, row.points, options_.scanner, rng);
+      return ScanCylinder(row.shape, row.points, options_.scanner, rng);
     }
     const double noise_m = source == Source::kNoisy ? options_.noise_m : 0.0;
-    return SyntheticScan(row.shape, options_.view, row.points, noise_m, rng);
+    return SyntheticScan(row.shape, row.points, noise_m, rng);
   }
 
   ComparisonOptions options_;
