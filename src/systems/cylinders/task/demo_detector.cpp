@@ -91,18 +91,21 @@ void CheckGiven(const YamlMap& map, const TableOptions& options) {
 DetectOptions FirstLook(const DemoOptions& options) {
   DetectOptions look = options.detection;
   if (!options.thorough) return look;
-  look.search.draws = std::max(look.search.draws, options.lying_draws);
-  look.search.max_lying = std::max(look.search.max_lying, options.max_lying);
-  look.search.max_standing = std::max(look.search.max_standing, options.max_standing);
-  look.search.max_leaning = std::max(look.search.max_leaning, options.max_leaning);
+  // A barrel with a fiftieth of the points is drawn 12 times, and the faces of boxes, which are the
+  // first candidates, do not use up all examined candidates.
+  look.search.draws = 600;
+  look.search.max_lying = 24;
+  look.search.max_standing = 24;
+  look.search.max_leaning = 6;
   return look;
 }
 
 DetectOptions SecondLook(const DemoOptions& options) {
   DetectOptions look = FirstLook(options);
-  look.accept.min_arc_rad = options.second_min_arc_rad;
-  look.accept.min_length_share = options.second_min_length_share;
-  look.accept.min_seen_share = options.second_min_seen_share;
+  // A small visible part suffices. Smaller: other objects are mistaken for it.
+  look.accept.min_arc_rad = base::Deg(30.0);
+  look.accept.min_length_share = 0.1;
+  look.accept.min_seen_share = 0.05;
   return look;
 }
 
@@ -115,8 +118,6 @@ DemoOptions ReadDemoKeys(YamlMap& map, DemoOptions o) {
   keys.Read("max_tries", o.max_tries, 1, 20,
             "maximum number of tries per run: after a failed detection, motion planning or grasp, "
             "the robot looks and tries again");
-  keys.ReadScaled("grown_mm", o.grown_m, kMm, 0.0, 50.0,
-                  "maximum distance of points that belong to the cylinder");
   base::ReadAdditions<DemoAdditions>(keys, o);
   ReadUser(keys.Child("user", "the person who takes the object"), o.hand_over);
   keys.Finish();
@@ -144,6 +145,10 @@ using Eigen::Vector3d;
 constexpr int kSides = 36;
 /// Distance of the rings of points on it.
 constexpr double kRing_m = 0.005;
+/// Points this near to the cylinder are no obstacle: they are due to noise and the pose's error.
+constexpr double kGrown_m = 0.006;
+/// Clearance of the open hand in a roomy grasp: covers the error of completed surfaces.
+constexpr double kRoom_m = 0.010;
 
 /// Rings of points on the barrel, from end to end.
 geometry::Points RingsOn(const Cylinder& c) {
@@ -161,12 +166,11 @@ geometry::Points RingsOn(const Cylinder& c) {
   return points;
 }
 
-perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_m,
-                                     const perception::Scene& scene) {
+perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, const perception::Scene& scene) {
   perception::PerceivedObject object;
   object.kind = perception::ObjectKind::kRotational;
   for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
-    if (IsWithin(c, grown_m, scene.cloud.points[i])) object.points.push_back(i);
+    if (IsWithin(c, kGrown_m, scene.cloud.points[i])) object.points.push_back(i);
   }
   const Vector3d& up = scene.table.plane.normal;
   const Vector3d out = !lies && c.axis.dot(up) < 0.0 ? Vector3d(-c.axis) : c.axis;
@@ -192,11 +196,11 @@ perception::PerceivedObject ObjectOf(const Cylinder& c, bool lies, double grown_
 
 /// Share of the cylinder's points in the perceived objects that contain them: 1 if it is a separate
 /// object. Points of other given cylinders that it touches are left out.
-double PurityOf(const FoundCylinder& one, double grown_m, const perception::Scene& scene,
+double PurityOf(const FoundCylinder& one, const perception::Scene& scene,
                 const std::vector<FoundCylinder>& found) {
   const auto is_anothers = [&](const Vector3d& p) {
     return std::ranges::any_of(found, [&](const FoundCylinder& other) {
-      return other.given != one.given && IsWithin(other.cylinder_C, grown_m, p);
+      return other.given != one.given && IsWithin(other.cylinder_C, kGrown_m, p);
     });
   };
   double own = 0.0;
@@ -206,7 +210,7 @@ double PurityOf(const FoundCylinder& one, double grown_m, const perception::Scen
     double all = 0.0;
     for (const auto i : object.points) {
       const Vector3d& p = scene.cloud.points[i];
-      const bool is_own = IsWithin(one.cylinder_C, grown_m, p);
+      const bool is_own = IsWithin(one.cylinder_C, kGrown_m, p);
       within += is_own;
       all += is_own || !is_anothers(p);
     }
@@ -222,8 +226,8 @@ void PurestFirst(const perception::Scene& scene, const DemoOptions& options,
   std::vector<std::pair<double, FoundCylinder>> scored;
   for (const FoundCylinder& one : found) {
     const double error_m = std::abs(one.cylinder_C.radius_m - options.given[one.given].radius_m);
-    const double score = PurityOf(one, options.grown_m, scene, found) *
-                         std::exp(-error_m / options.detection.accept.max_rim_error_m);
+    const double score =
+        PurityOf(one, scene, found) * std::exp(-error_m / options.detection.accept.max_rim_error_m);
     scored.emplace_back(score, one);
   }
   std::ranges::stable_sort(scored, {},
@@ -282,7 +286,7 @@ class DemoDetector : public trial::Detector {
     grasp::GraspOptions options = options_.grasping.grasp;
     const auto tight = grasp::PlanGrasps(scene, 0, robot_.hand(), arm, options, obstacles_C);
     if (!options_.roomy_grasps) return tight;
-    options.object_clearance_m = std::max(options.object_clearance_m, options_.room_m);
+    options.object_clearance_m = std::max(options.object_clearance_m, kRoom_m);
     auto grasps = grasp::PlanGrasps(scene, 0, robot_.hand(), arm, options, obstacles_C);
     std::erase_if(grasps, [](const grasp::Grasp& grasp) { return grasp.collides; });
     grasps.insert(grasps.end(), tight.begin(), tight.end());
@@ -295,7 +299,7 @@ class DemoDetector : public trial::Detector {
     for (const FoundCylinder& found : seen.cylinders) {
       if ((found.given == wanted_) != wanted || done[found.given]) continue;
       done[found.given] = true;
-      PutFirst(found.cylinder_C, found.lies, options_.grown_m, scene);
+      PutFirst(found.cylinder_C, found.lies, scene);
     }
   }
 
@@ -307,14 +311,14 @@ class DemoDetector : public trial::Detector {
 
 }  // namespace
 
-void PutFirst(const Cylinder& cylinder_C, bool lies, double grown_m, perception::Scene& scene) {
+void PutFirst(const Cylinder& cylinder_C, bool lies, perception::Scene& scene) {
   std::erase_if(scene.objects, [&](const perception::PerceivedObject& object) {
     const auto within = std::ranges::count_if(object.points, [&](auto i) {
-      return IsWithin(cylinder_C, grown_m, scene.cloud.points[i]);
+      return IsWithin(cylinder_C, kGrown_m, scene.cloud.points[i]);
     });
     return 2 * static_cast<std::size_t>(within) > object.points.size();
   });
-  scene.objects.insert(scene.objects.begin(), ObjectOf(cylinder_C, lies, grown_m, scene));
+  scene.objects.insert(scene.objects.begin(), ObjectOf(cylinder_C, lies, scene));
 }
 
 std::unique_ptr<trial::Detector> MakeDemoDetector(const DemoOptions& options,

@@ -54,20 +54,6 @@ struct DemoOptions : DemoAdditions, TableOptions {
   int runs = 50;
   Delivery delivery = Delivery::kHandOver;
   int max_tries = 3;  ///< 1 as published
-  /// For the thorough detection: a barrel with a fiftieth of the points is drawn 12 times, and the
-  /// faces of boxes, which are the first candidates, do not use up all examined candidates.
-  int lying_draws = 600;
-  int max_lying = 24;
-  int max_standing = 24;
-  int max_leaning = 6;
-  /// Second look: a small visible part suffices. Smaller: other objects are mistaken for it.
-  double second_min_arc_rad = base::Deg(30.0);
-  double second_min_length_share = 0.1;
-  double second_min_seen_share = 0.05;
-  /// Points this near to the cylinder are no obstacle: they are due to noise and the pose's error.
-  double grown_m = 0.006;
-  /// Clearance of the open hand in a roomy grasp: covers the error of completed surfaces.
-  double room_m = 0.010;
   trial::HandOverOptions hand_over;
 };
 
@@ -112,7 +98,7 @@ std::unique_ptr<trial::Detector> MakeDemoDetector(const DemoOptions& options,
                                                   CylinderObserver observer = {});
 
 /// Inserts a cylinder as the scene's first object: closed, since its shape is known, with the
-/// points within `grown_m` of it. Objects that lie mostly in it are removed.
-void PutFirst(const Cylinder& cylinder_C, bool lies, double grown_m, perception::Scene& scene);
+/// points near it. Objects that lie mostly in it are removed.
+void PutFirst(const Cylinder& cylinder_C, bool lies, perception::Scene& scene);
 
 }  // namespace rangegrasp::cylinders

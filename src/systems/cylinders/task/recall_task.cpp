@@ -32,7 +32,6 @@ struct RecallOptions : TableOptions {
   Source source = Source::kScanned;
   int scenes = 200;
   int samples = 220;
-  double noise_m = 0.0003;
 };
 
 /// Outcome of a scene.
@@ -172,7 +171,7 @@ ViewCounts RaysTo(const Cylinder& cylinder, const geometry::RangeImage& image) {
 Table SyntheticTable(const RecallOptions& options, base::Rng& rng) {
   Clutter clutter = DrawClutter(options.given, rng);
   samples::Sensor sensor;
-  sensor.noise_m = options.source == Source::kPerfect ? 0.0 : options.noise_m;
+  if (options.source == Source::kPerfect) sensor.noise_m = 0.0;
   sensor.profiles = sensor.samples = options.samples;
   Table table{.observation = samples::Scan(clutter, sensor, rng),
               .workspace = std::nullopt,
@@ -358,7 +357,6 @@ RecallOptions ReadRecallKeys(base::YamlMap& map) {
   map.Read("scenes", o.scenes, 1, 1'000'000, "tables");
   map.Read("samples", o.samples, 20, 2000,
            "noisy, perfect: number of rays along each side of the image");
-  map.ReadScaled("noise_mm", o.noise_m, base::kMm, 0.0, 100.0, "noisy: noise along each ray");
   return o;
 }
 

@@ -211,7 +211,7 @@ TEST(PutFirst, TakesThePlaceOfWhatPerceptionMadeOfIt) {
   part.points = {0, 1};
   other.points = {2};
   scene.objects = {other, part};
-  PutFirst(kTube, false, 0.006, scene);
+  PutFirst(kTube, false, scene);
   ASSERT_EQ(scene.objects.size(), 2u);
   EXPECT_EQ(scene.objects[0].points, (geometry::Indices{0, 1}));
   EXPECT_EQ(scene.objects[0].kind, perception::ObjectKind::kRotational);
