@@ -11,7 +11,6 @@
 
 #include "base/statistics.h"
 #include "cylinders/task/demo_detector.h"
-#include "trial/table.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::cylinders {
@@ -315,22 +314,6 @@ experiment::Report DemoReport(const experiment::Stamp&,
         fmt::format("the pull was detected in {} of {} runs that carried the object {}", tally.felt,
                     tally.carried, share(tally.felt, tally.carried)));
   }
-  ordered_json problems = ordered_json::array();
-  for (const ProblemRow& row : tally.problems) {
-    problems.push_back({{"problem", row.name},
-                        {"one_try_events", row.first_events},
-                        {"one_try_influence", row.first_influence},
-                        {"events", row.events},
-                        {"with_influence", row.influence}});
-  }
-  const ordered_json json = {{"runs", tally.runs},
-                             {"one_try_good", tally.first_good},
-                             {"good", tally.good},
-                             {"carried", tally.carried},
-                             {"felt", tally.felt},
-                             {"problems", problems},
-                             {"stage_seconds", trial::JsonOf(experiment::StageTimes(records))}};
-  report.json = json.dump();
   report.published = FiguresOf(tally);
   std::ranges::move(TimesOf(runs), std::back_inserter(report.published));
   return report;
