@@ -1,5 +1,3 @@
-#include "cylinders/task/cylinders_report.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>

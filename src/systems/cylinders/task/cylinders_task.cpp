@@ -13,7 +13,6 @@
 #include "base/words.h"
 #include "cylinders/fit.h"
 #include "cylinders/task/cylinder_scans.h"
-#include "cylinders/task/cylinders_report.h"
 #include "pcl_bridge/pcl_segmentation.h"
 #include "sensing/line_scanner.h"
 

@@ -1,5 +1,3 @@
-#include "cylinders/task/demo_report.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +8,7 @@
 #include <optional>
 
 #include "base/statistics.h"
-#include "cylinders/task/demo_detector.h"
+#include "cylinders/task/demo_task.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::cylinders {

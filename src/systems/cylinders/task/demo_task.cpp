@@ -13,8 +13,6 @@
 #include "base/stopwatch.h"
 #include "base/units.h"
 #include "base/words.h"
-#include "cylinders/task/demo_report.h"
-#include "experiment/record.h"
 #include "geometry/cloud_file.h"
 #include "geometry/draw/canvas.h"
 #include "geometry/shape.h"

@@ -14,6 +14,11 @@ bool KnowsItFailed(const trial::Attempt& attempt, Delivery delivery);
 /// cylinders among other objects is wanted, grasped, and handed over or put down.
 const experiment::TaskKind& DemoTask();
 
+/// Table 4.1: events of each kind of problem compared with the published ones, with and without
+/// influence on the run; the number of handovers; the number of pulls that were felt.
+experiment::Report DemoReport(const experiment::Stamp& stamp,
+                              const std::vector<experiment::Record>& records);
+
 }  // namespace rangegrasp::cylinders
 
 namespace rangegrasp::draw {

@@ -1,9 +1,8 @@
-#include "cylinders/task/cylinders_report.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/file.h"
+#include "cylinders/task/cylinders_task.h"
 
 namespace rangegrasp::cylinders {
 namespace {

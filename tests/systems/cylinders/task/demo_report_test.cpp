@@ -1,11 +1,9 @@
-#include "cylinders/task/demo_report.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "trial/trial.h"
+#include "cylinders/task/demo_task.h"
 
 namespace rangegrasp::cylinders {
 namespace {
