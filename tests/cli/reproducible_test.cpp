@@ -57,8 +57,7 @@ std::vector<std::string> Short(const std::string& name) {
   if (name.starts_with("clear_")) {
     return {"--trials", "3",
             "--set",    "objects=[spread, salt_cuboid, dextrose]",
-            "--set",    "clearing.max_grasps=3",
-            "--set",    "clearing.idle_scans=0"};
+            "--set",    "clearing.max_grasps=3"};
   }
   if (name == "stage_times") {
     return {"--trials",         "2", "--set", "repeats=1", "--set", "object_points=2000", "--set",

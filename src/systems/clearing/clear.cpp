@@ -104,6 +104,8 @@ using trial::Sensed;
 // Maximum number of attempts per allowed grasp. Attempts that end before a grasp only pass an
 // object over. A pile of twelve objects has fewer segments than this.
 constexpr int kAttemptsPerGrasp = 20;
+// Scans repeated without a possible grasp before a run is given up: noise may have hidden one.
+constexpr int kIdleScans = 2;
 // An object this far below the table is on the floor.
 constexpr double kFloor_m = -0.1;
 
@@ -122,11 +124,11 @@ std::optional<int> MainObject(const Samples& samples, const Sensed& sensed, int 
 
 class Run {
  public:
-  Run(const trial::Cell& cell, const ClearingOptions& options, int max_grasps, sim::World& world,
+  Run(const trial::Cell& cell, const ClearingOptions& options, sim::World& world,
       std::uint64_t seed, const ClearingObserver& observer)
       : cell_(cell),
-        options_(options),
-        max_grasps_(max_grasps),
+        max_grasps_(options.max_grasps > 0 ? options.max_grasps
+                                           : options.tries_per_object * world.objects()),
         world_(world),
         seed_(seed),
         observer_(observer),
@@ -206,7 +208,7 @@ class Run {
   // No object in the current scan may be taken: requests a new scan or ends the run.
   std::optional<Stop> NothingToTake() {
     if (last_.objects.empty()) return Stop::kNothingPerceived;
-    if (idle_++ >= options_.idle_scans) return WhyNothing();
+    if (idle_++ >= kIdleScans) return WhyNothing();
     sensed_.reset();
     tried_.SceneChanged();
     return std::nullopt;
@@ -275,7 +277,6 @@ class Run {
   }
 
   const trial::Cell& cell_;
-  const ClearingOptions& options_;
   const int max_grasps_;
   sim::World& world_;
   const std::uint64_t seed_;
@@ -298,9 +299,9 @@ int Clearing::Count(Fate fate) const {
   return static_cast<int>(std::ranges::count(objects, fate, &ObjectEnd::fate));
 }
 
-Clearing ClearTable(const trial::Cell& cell, const ClearingOptions& options, int max_grasps,
-                    sim::World& world, std::uint64_t seed, const ClearingObserver& observer) {
-  return Run(cell, options, max_grasps, world, seed, observer).Go();
+Clearing ClearTable(const trial::Cell& cell, const ClearingOptions& options, sim::World& world,
+                    std::uint64_t seed, const ClearingObserver& observer) {
+  return Run(cell, options, world, seed, observer).Go();
 }
 
 }  // namespace rangegrasp::clearing

@@ -22,7 +22,6 @@ struct ClearingOptions {
   int runs = 100;
   int tries_per_object = 3;
   int max_grasps = 0;
-  int idle_scans = 2;  ///< repeated scans: noise may have hidden a grasp
 };
 
 using Samples = std::vector<geometry::SampleId>;
@@ -158,7 +157,7 @@ struct ClearingObserver {
 /// (trial::GoHome). Friction should be drawn before.
 /// @param world  settled, the arm at home; the remaining objects stay in it
 /// @param seed  each scan and each attempt draws from its own stream of this seed
-Clearing ClearTable(const trial::Cell& cell, const ClearingOptions& options, int max_grasps,
-                    sim::World& world, std::uint64_t seed, const ClearingObserver& observer = {});
+Clearing ClearTable(const trial::Cell& cell, const ClearingOptions& options, sim::World& world,
+                    std::uint64_t seed, const ClearingObserver& observer = {});
 
 }  // namespace rangegrasp::clearing

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "clearing/task/clearing_report.h"
+#include "clearing/task/clearing_task.h"
 #include "experiment/experiment.h"
 #include "sim/resting_poses.h"
 #include "trial/grasping_task.h"
@@ -60,11 +60,11 @@ class Changed : public trial::Detector {
   std::function<void(grasp::Detection&)> change_;
 };
 
-Clearing Clear(sim::World& world, const ClearingOptions& options = {}, int max_grasps = 36,
-               const Changed* detector = nullptr) {
+Clearing Clear(sim::World& world, const Changed* detector = nullptr,
+               const ClearingOptions& options = {.max_grasps = 36}) {
   ClearingObserver observer;
   observer.detector = detector;
-  return ClearTable(TestCell(), options, max_grasps, world, /*seed=*/7, observer);
+  return ClearTable(TestCell(), options, world, /*seed=*/7, observer);
 }
 
 TEST(ClearTable, TwoObjectsApartAreClearedWithTwoGrasps) {
@@ -90,7 +90,7 @@ TEST(ClearTable, AHandThatClosesOnNothingIsFeltAndTriesThreeTimes) {
   const Changed beside([](grasp::Detection& detection) {
     for (auto& g : detection.grasps) g.X_CH.translation().z() += 0.15;
   });
-  const Clearing run = Clear(world, {}, 36, &beside);
+  const Clearing run = Clear(world, &beside);
   EXPECT_EQ(run.stop, Stop::kTriesUsedUp);
   EXPECT_EQ(run.Grasps(), 3);
   int tries = 0;
@@ -112,7 +112,7 @@ TEST(ClearTable, AnObjectThatCannotBeTakenDoesNotKeepTheOthers) {
   const Changed blocked([](grasp::Detection& detection) {
     for (auto& g : detection.grasps) g.collides = g.X_CH.translation().y() > 0.0;
   });
-  const Clearing run = Clear(world, {}, 36, &blocked);
+  const Clearing run = Clear(world, &blocked);
   EXPECT_EQ(run.stop, Stop::kNothingGraspable);
   EXPECT_EQ(run.Grasps(), 1);
   EXPECT_EQ(run.objects[0].why, "no_grasp");
@@ -124,17 +124,16 @@ TEST(ClearTable, EndsWhereNothingIsGraspable) {
   const Changed blocked([](grasp::Detection& detection) {
     for (auto& g : detection.grasps) g.collides = true;
   });
-  const ClearingOptions options{.idle_scans = 2};
-  const Clearing run = Clear(world, options, 36, &blocked);
+  const Clearing run = Clear(world, &blocked);
   EXPECT_EQ(run.stop, Stop::kNothingGraspable);
   EXPECT_EQ(run.Grasps(), 0);
-  EXPECT_EQ(run.scans, 1 + options.idle_scans);
+  EXPECT_EQ(run.scans, 3);  // two more than the first
   for (const auto& end : run.objects) EXPECT_EQ(end.why, "no_grasp");
 }
 
 TEST(ClearTable, EndsAtTheMostGrasps) {
   auto world = TwoObjects();
-  const Clearing run = Clear(world, {}, /*max_grasps=*/1);
+  const Clearing run = Clear(world, nullptr, {.max_grasps = 1});
   EXPECT_EQ(run.stop, Stop::kMaxGrasps);
   EXPECT_EQ(run.Grasps(), 1);
   EXPECT_EQ(run.Count(Fate::kDelivered), 1);

@@ -1,3 +1,5 @@
+#include "clearing/task/clearing_task.h"
+
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -34,6 +36,41 @@ TEST(ClearingRun, EndsAfterTheTriesOfTheObjectsInIt) {
   EXPECT_EQ(data["objects"], 1);
   EXPECT_EQ(data["grasps"], 1);
   EXPECT_EQ(data["stop"], "max_grasps");
+}
+
+experiment::Record RecordOf(const std::string& id, Stop stop, const std::vector<ObjectEnd>& ends) {
+  Clearing clearing;
+  clearing.stop = stop;
+  clearing.scans = 3;
+  clearing.objects = ends;
+  return {{id, "pile", 1, {}, 0}, ResultOf(clearing, "a")};
+}
+
+TEST(ReportOf, CountsObjectsOverRunsAlsoOfThoseThatLeaveNoRecord) {
+  const std::vector<experiment::Record> records = {
+      RecordOf("pile-0000", Stop::kNothingPerceived,
+               {{"a", Fate::kDelivered, 1, ""}, {"b", Fate::kDelivered, 2, ""}}),
+      RecordOf("pile-0001", Stop::kTriesUsedUp,
+               {{"a", Fate::kLeft, 3, "tries_used_up"}, {"b", Fate::kBrought, 1, "dropped"}}),
+      {{"pile-0002", "pile", 1, {{"objects", 2}}, 0}, {"timed_out", "", "", "{}", {}}}};
+  const auto report = ReportOf({}, records);
+  ASSERT_EQ(report.csv.rows.size(), 1u);
+  const auto& row = report.csv.rows[0];
+  // None of the third run's 2 objects is delivered.
+  EXPECT_EQ(std::vector(row.begin(), row.begin() + 5),
+            (std::vector<std::string>{"pile", "3", "6", "2", "33.33"}));
+  EXPECT_EQ(row.back(), "cleared 1, timed_out 1, tries_used_up 1");
+  const auto& objects = report.sections[1].grid.rows;
+  ASSERT_EQ(objects.size(), 2u);
+  EXPECT_EQ(objects[0].back(), "left: tries_used_up 1");
+  EXPECT_EQ(objects[1].back(), "brought: dropped 1");
+  EXPECT_EQ(objects[1][5], "1.50");  // grasps / run
+}
+
+TEST(ReportOf, ARunWithoutAnyRecordHasNoRates) {
+  const auto report =
+      ReportOf({}, {{{"pile-0002", "pile", 1, {}, 0}, {"timed_out", "", "", "{}", {}}}});
+  EXPECT_EQ(report.csv.rows.at(0)[4], "-");
 }
 
 }  // namespace
