@@ -1,6 +1,7 @@
 #include "trial/judge.h"
 
 #include <algorithm>
+#include <map>
 
 namespace rangegrasp::trial {
 namespace {
@@ -27,6 +28,16 @@ std::ptrdiff_t VisibleSamples(const Sensed& sensed, const TargetTruth& target) {
   return visible;
 }
 
+// Number of samples with each object's label; key -1 is the scene.
+std::map<int, int> ObjectVotes(const std::vector<geometry::SampleId>& samples,
+                               const Sensed& sensed) {
+  std::map<int, int> votes;
+  for (const auto& id : samples) {
+    ++votes[static_cast<int>(sensed.truth[id.view].label[id.sample]) - 1];
+  }
+  return votes;
+}
+
 }  // namespace
 
 DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
@@ -47,13 +58,13 @@ DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed&
   return verdict;
 }
 
-std::map<int, int> ObjectVotes(const std::vector<geometry::SampleId>& samples,
-                               const Sensed& sensed) {
-  std::map<int, int> votes;
-  for (const auto& id : samples) {
-    ++votes[static_cast<int>(sensed.truth[id.view].label[id.sample]) - 1];
-  }
-  return votes;
+std::optional<int> MainObject(const std::vector<geometry::SampleId>& samples,
+                              const Sensed& sensed) {
+  const auto votes = ObjectVotes(samples, sensed);
+  const auto most =
+      std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; });
+  if (most == votes.end() || most->first < 0) return std::nullopt;
+  return most->first;
 }
 
 std::optional<int> AimedAt(const grasp::Detection& detection, const Sensed& sensed,

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -53,9 +52,9 @@ struct TargetTruth {
 DetectionVerdict JudgeDetection(const grasp::Detection& detection, const Sensed& sensed,
                                 const TargetTruth& target);
 
-/// Number of samples with each object's label; key -1 is the scene.
-std::map<int, int> ObjectVotes(const std::vector<geometry::SampleId>& samples,
-                               const Sensed& sensed);
+/// The object with most of the samples, from its label (sim::kContainerLabel: an open box is above
+/// all objects); nullopt if the scene has most, or there is no sample.
+std::optional<int> MainObject(const std::vector<geometry::SampleId>& samples, const Sensed& sensed);
 
 /// The object to which most samples of the detection's first object belong. If they belong to none
 /// (a part of the scene was detected as an object), the nearest object. nullopt without objects.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 
 #include "base/stopwatch.h"
 #include "base/units.h"
@@ -111,15 +112,6 @@ constexpr double kFloor_m = -0.1;
 
 const Samples& FirstSamples(const Attempt& attempt) {
   return attempt.detected.detection.objects.front().samples;
-}
-
-// The object to which most of the samples belong; nullopt if it is the scene.
-std::optional<int> MainObject(const Samples& samples, const Sensed& sensed, int objects) {
-  const auto votes = trial::ObjectVotes(samples, sensed);
-  const auto most =
-      std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; });
-  if (most == votes.end() || most->first < 0 || most->first >= objects) return std::nullopt;
-  return most->first;
 }
 
 class Run {
@@ -256,7 +248,7 @@ class Run {
     std::map<int, Passed> seen;
     if (sensed_) {
       for (const auto& object : last_.objects) {
-        const auto main = MainObject(object.samples, *sensed_, world_.objects());
+        const auto main = trial::MainObject(object.samples, *sensed_);
         if (main) seen[*main] = std::max(seen[*main], tried_.StateOf(object.samples));
       }
     }

@@ -21,7 +21,6 @@ namespace rangegrasp::bring {
 /// Options for searching, grasping and handing over a known object (section 7.2).
 struct BringOptions {
   int runs_per_object = 20;
-  std::vector<std::string> known;
   bool absent = false;
   std::string use;  ///< empty: any use
   int max_tries = 4;

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <ranges>
 
 #include "base/error.h"
 #include "base/installation.h"
@@ -36,12 +35,11 @@ struct BringArguments {
   std::string experiment = "bring";
   std::string arrangement, pictures;
   experiment::Changes changes;
-  int run = 0;
 };
 
-/// An object's last run.
-const experiment::Case& LastOf(const std::string& object, const experiment::Experiment& opened) {
-  for (const auto& one : opened.cases | std::views::reverse) {
+/// An object's run.
+const experiment::Case& RunOf(const std::string& object, const experiment::Experiment& opened) {
+  for (const auto& one : opened.cases) {
     if (one.group == object) return one;
   }
   const auto known = experiment::GroupsOf(opened.cases);
@@ -55,10 +53,10 @@ const experiment::Case& LastOf(const std::string& object, const experiment::Expe
 void BringIt(const BringArguments& a) {
   experiment::Changes changes = a.changes;
   if (!a.arrangement.empty()) changes.set.push_back("arrangement=" + a.arrangement);
-  changes.trials = a.run + 1;
+  changes.trials = 1;
   const auto file = base::FindExperiment(a.experiment);
   const auto opened = experiment::OpenExperiment(file, changes, RefuseErrors(file));
-  const experiment::Case& which = LastOf(a.object, opened);
+  const experiment::Case& which = RunOf(a.object, opened);
   const auto say = [](const std::string& words) { WriteResult(words + "\n"); };
   experiment::ReplayOptions pictures;
   pictures.folder = a.pictures;
@@ -82,14 +80,11 @@ void AddBringCommand(CLI::App& app) {
       "Bring an object: find it among others, grasp it and hand it over; prints each step.");
   auto a = std::make_shared<BringArguments>();
   command->add_option("object", a->object, "the wanted object, e.g. coffee_cup")->required();
-  command->add_option(
-      "--experiment", a->experiment,
-      "experiment of `task: bring`, with the objects on the table and the known objects");
+  command->add_option("--experiment", a->experiment,
+                      "experiment of `task: bring`, with the objects on the table");
   command->add_option(
       "--arrangement", a->arrangement,
       "single, scattered, touching, side_by_side, box or pile, instead of the experiment's");
-  command->add_option("--run", a->run, "number of the run, from 0")
-      ->transform(WholeNumber(0, 99'999));
   command->add_option("--seed", a->changes.seed, "overrides the seed of the experiment")
       ->transform(WholeNumber());
   command->add_option("--set", a->changes.set, "KEY=VALUE, overrides a key of the experiment")

@@ -127,8 +127,6 @@ BringOptions ReadBringKeys(base::YamlMap& map) {
   BringOptions o;
   map.Read("runs_per_object", o.runs_per_object, 1, 100000,
            "number of runs for each of `objects` as target");
-  map.Read("known", o.known,
-           "known objects, whose models the program has (default: all of `objects`)");
   auto keys = map.Child("bring", "from the request to the hand of a person");
   keys.Read("absent", o.absent,
             "remove the wanted object before the program looks: it has to report that the object "
@@ -149,9 +147,9 @@ BringOptions ReadBringKeys(base::YamlMap& map) {
 }
 
 /// Reads `grasps.yaml` next to each object's model.
-GraspsOf ReadGrasps(const trial::Options& grasping, const std::vector<std::string>& objects) {
+GraspsOf ReadGrasps(const trial::Options& grasping) {
   GraspsOf grasps;
-  for (const std::string& object : objects) {
+  for (const std::string& object : grasping.objects) {
     const auto mjcf = trial::ObjectModelOf(grasping, object).mjcf;
     grasps[object] = grasp::ReadNamedGrasps(grasp::NamedGraspsFile(mjcf));
   }
@@ -200,7 +198,7 @@ class BringExperiment : public trial::SceneTask {
                   const experiment::Common& common)
       : options_(options),
         cell_(grasping),
-        library_(recognition::LibraryOf(grasping, options.known, options.library)),
+        library_(recognition::LibraryOf(grasping, options.library)),
         grasps_(std::move(grasps)),
         seed_(common.seed) {}
 
@@ -257,7 +255,7 @@ class BringExperiment : public trial::SceneTask {
   void AddTo(experiment::Stamp& stamp) const override {
     trial::AddModelsTo(cell_.options, stamp);
     trial::AddTitles(cell_.options, stamp);
-    recognition::AddLibraryTo(stamp, options_.library, options_.known);
+    recognition::AddLibraryTo(stamp, options_.library, cell_.options.objects);
     if (options_.absent) stamp.data[experiment::kSuccess] = kSaidAbsent;
   }
 
@@ -323,24 +321,12 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
   if (map.Has("views")) map.Fail("views", "use bring.max_looks in `task: bring`");
   BringOptions options = ReadBringKeys(map);
   const trial::Options grasping = trial::ReadOptions(map, common.seed);
-  std::vector<std::string>& known = options.known;
-  if (known.empty()) known = grasping.objects;
   const auto wrist = recognition::WristViewsOf(map, grasping);
   const bool wrist_looks = !wrist.sensor.empty() && options.max_looks > 1;
   if (!recognition::ModelsPass(map, grasping, wrist_looks, common)) return nullptr;
-  const auto missing = trial::MissingObject(known, grasping);
-  if (!missing.empty()) map.Fail("known", missing);
   options.library.seed = common.seed;
   trial::RequireOwnDetector(map, grasping);
-  for (const std::string& object : grasping.objects) {
-    if (std::ranges::find(known, object) == known.end() && !options.absent) {
-      map.Fail(
-          "known",
-          fmt::format("has no '{}', which is one of `objects`: add it, or remove it from `objects`",
-                      object));
-    }
-  }
-  auto grasps = ReadGrasps(grasping, known);
+  auto grasps = ReadGrasps(grasping);
   CheckUse(map, options.use, grasps);
   auto task = std::make_unique<BringExperiment>(options, grasping, std::move(grasps), common);
   if (common.on_findings && !common.on_findings(task->FindingsOfGrasps())) return nullptr;

@@ -51,16 +51,12 @@ constexpr double kMaxAngle_rad = base::Deg(5.0);
 /// Reads the keys that `task: grasping` does not have.
 TaskOptions ReadRecognitionKeys(base::YamlMap& map) {
   TaskOptions o;
-  auto& r = o.recognition;
-  auto keys = RecognitionKeys(map, r);
+  auto keys = RecognitionKeys(map, o.recognition);
   keys.Read("without_target", o.without_target,
             "remove the scene's target from the library; it must then stay unknown");
   keys.Read(
       "until_sure", o.until_sure,
       "take another view only if an object is unknown or its pose ambiguous, up to `views` in all");
-  keys.Read("min_score", r.min_score, 0.0, 1.0, "minimum score of a recognized object");
-  keys.Read("margin", r.margin, 0.0, 1.0,
-            "minimum difference to the score of any other object at the same place");
   keys.Finish();
   ReadLibraryOptions(map, o.library);
   return o;
@@ -82,11 +78,8 @@ JudgedFind JudgeFind(const FoundObject& found, const Symmetries& symmetries,
                      const trial::Sensed& sensed, const sim::World& world) {
   JudgedFind judged;
   judged.found = &found;
-  const auto votes = trial::ObjectVotes(found.samples, sensed);
-  const auto most =
-      std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; });
-  if (most == votes.end() || most->first < 0) return judged;
-  judged.truth = most->first;
+  judged.truth = trial::MainObject(found.samples, sensed).value_or(-1);
+  if (judged.truth < 0) return judged;
   judged.named_right = world.object_name(judged.truth) == found.object;
   if (!judged.named_right) return judged;
   judged.off = Difference(found.X_CB, world.ObjectPose(judged.truth), symmetries.at(found.object));
@@ -278,7 +271,7 @@ class Recognition : public trial::SceneTask {
   Recognition(const TaskOptions& options, const experiment::Common& common)
       : options_(options),
         cell_(options.grasping),
-        library_(LibraryOf(options.grasping, options.grasping.objects, options.library)),
+        library_(LibraryOf(options.grasping, options.library)),
         symmetries_(SymmetriesOf(options.grasping)),
         seed_(common.seed) {}
 
@@ -429,10 +422,9 @@ void AddLibraryTo(experiment::Stamp& stamp, const LibraryOptions& library,
   stamp.identity["library_hash"] = base::Hex(hash);
 }
 
-Library LibraryOf(const trial::Options& options, std::span<const std::string> objects,
-                  const LibraryOptions& library) {
+Library LibraryOf(const trial::Options& options, const LibraryOptions& library) {
   std::vector<KnownObject> known;
-  for (const std::string& object : objects) {
+  for (const std::string& object : options.objects) {
     known.push_back(KnownFrom(trial::ObjectModelOf(options, object), library));
   }
   return Library(std::move(known));

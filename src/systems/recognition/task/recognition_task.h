@@ -22,10 +22,8 @@ void AddLibraryTo(experiment::Stamp& stamp, const LibraryOptions& library,
                   std::span<const std::string> objects);
 
 /// The library of an experiment's objects.
-/// @param objects  their names
 /// @throws base::InputError naming the file that is not an object or not a mesh.
-Library LibraryOf(const trial::Options& options, std::span<const std::string> objects,
-                  const LibraryOptions& library);
+Library LibraryOf(const trial::Options& options, const LibraryOptions& library);
 
 /// Options of the wrist scanner's views.
 /// @throws base::InputError if `grasp` or `look` has a key that only `task: grasping` supports.

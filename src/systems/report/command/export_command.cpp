@@ -84,10 +84,7 @@ ordered_json ObjectsOf(const trial::Arrangement& arranged) {
 
 // The label of most samples of a perceived object; 0 is the scene.
 int LabelOf(const grasp::DetectedObject& object, const Sensed& sensed) {
-  const auto votes = trial::ObjectVotes(object.samples, sensed);
-  const auto most =
-      std::ranges::max_element(votes, {}, [](const auto& vote) { return vote.second; });
-  return most == votes.end() ? 0 : most->first + 1;
+  return trial::MainObject(object.samples, sensed).value_or(-1) + 1;
 }
 
 // All candidates; those that the hand did not try have no outcome.

@@ -154,9 +154,5 @@ TEST(BringOptions, ReportingAnAbsentObjectIsSuccess) {
   EXPECT_EQ(SuccessOf(*e.kind, e.stamp), kSaidAbsent);
 }
 
-TEST(BringOptions, WhatIsWantedMustBeKnown) {
-  EXPECT_THAT(ErrorOf({"known=[spread, cleaner]"}), HasSubstr("salt_cylinder"));
-}
-
 }  // namespace
 }  // namespace rangegrasp::bring
