@@ -148,30 +148,11 @@ geometry::TriangleMesh ReadSurface(const std::string& name, const fs::path& fold
   return mesh;
 }
 
-// By view: the position of each of its samples in the scene's cloud; -1: not above the table.
-using CloudPositions = std::vector<std::vector<std::int64_t>>;
-
-CloudPositions CloudPositionsOf(const Scene& scene, const geometry::Observation& observation) {
-  CloudPositions positions;
-  for (const auto& view : observation.views) {
-    positions.emplace_back(view.image.points_C.size(), -1);
-  }
-  for (std::uint32_t i = 0; i < scene.cloud.size(); ++i) {
-    const auto& id = scene.SampleOf(i);
-    positions[id.view][id.sample] = static_cast<std::int64_t>(i);
-  }
-  return positions;
-}
-
-geometry::Indices InCloud(const std::vector<geometry::SampleId>& samples,
-                          const CloudPositions& positions) {
-  geometry::Indices found;
-  for (const auto& id : samples) {
-    const std::int64_t i = positions[id.view][id.sample];
-    if (i >= 0) found.push_back(static_cast<std::uint32_t>(i));
-  }
-  std::ranges::sort(found);
-  return found;
+// The positions in the scene's cloud of these samples (ascending), without those near the table.
+geometry::Indices InCloud(const std::vector<geometry::SampleId>& samples, const Scene& scene) {
+  return geometry::PositionsWhere(scene.source, [&](std::uint32_t point) {
+    return std::ranges::binary_search(samples, scene.samples[point]);
+  });
 }
 
 // Region growing: the positions of all points of a cloud that are connected with the seeds.
@@ -195,34 +176,12 @@ constexpr double kWorkCell_m = 2.0;
 // No hand opens so far: a width above this is in another unit.
 constexpr double kWidest_m = 1.0;
 
-// How to correct a grasp for a mistake; nullopt if the grasp cannot have it.
-using Correction = std::function<std::optional<grasp::Proposal>(grasp::Proposal)>;
-
 // A common mistake of detectors.
 struct Mistake {
-  std::string words;
-  Correction correction;
+  const char* words = "";
+  double unit_m = 1.0;                       // of all lengths
+  base::Pose X_CA = base::Pose::Identity();  // A: the frame of the grasps
 };
-
-std::vector<Mistake> LikelyMistakes(const geometry::Observation& observation) {
-  // Coordinates larger than a work cell are in another unit. Centimetres are tested first: read as
-  // millimetres, they would all be near the origin, where an object may be.
-  const auto in_unit = [](double unit_m) -> Correction {
-    return [unit_m](grasp::Proposal given) -> std::optional<grasp::Proposal> {
-      if (!(given.X_CG.translation().norm() > kWorkCell_m)) return std::nullopt;
-      given.X_CG.translation() *= unit_m;
-      given.width_m *= unit_m;
-      return given;
-    };
-  };
-  const auto in_sensor = [X_WV = observation.views.front().X_CV](grasp::Proposal given) {
-    given.X_CG = X_WV * given.X_CG;
-    return given;
-  };
-  return {{"centimetres, not metres", in_unit(1e-2)},
-          {"millimetres, not metres", in_unit(1e-3)},
-          {"the sensor's frame, not the cloud's, W", in_sensor}};
-}
 
 // An answer to a question, or why there is none.
 struct Answered {
@@ -268,15 +227,14 @@ class AnsweringDetector : public Detector {
                   Detected& detected) const {
     detected.kept = scene.cloud.size();
     detected.answered = answer.grasps.size();
-    if (!answer.grasps.empty() && HoldSomething(answer, scene, std::identity()) == 0) {
+    if (!answer.grasps.empty() && HoldSomething(answer, scene, {}) == 0) {
       RefuseMistakes(answer, observation, scene);
       detected.why_none = fmt::format(
           "none of the {} best grasps has a measured point between its fingers", Judged(answer));
     }
     RefuseWidths(answer);
-    const auto first = answer.objects
-                           ? FirstOfObjects(answer, folder, observation, turn, scene, detected)
-                           : FirstOfGrasps(answer, turn, scene, detected);
+    const auto first = answer.objects ? FirstOfObjects(answer, folder, turn, scene, detected)
+                                      : FirstOfGrasps(answer, turn, scene, detected);
     std::vector<grasp::Grasp> grasps;
     std::vector<Eigen::Vector3d> approaches_C;
     if (first && !scene.objects.front().points.empty()) {
@@ -308,14 +266,18 @@ class AnsweringDetector : public Detector {
     return std::min(answer.grasps.size(), kJudged);
   }
   // Number of the best grasps that, corrected, have a measured point above the table between their
-  // fingers.
+  // fingers. Only coordinates larger than a work cell are in another unit.
   std::size_t HoldSomething(const Answer& answer, const Scene& scene,
-                            const Correction& correction) const {
+                            const Mistake& mistake) const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < Judged(answer); ++i) {
-      const auto proposal = correction(answer.grasps[i].proposal);
-      if (!proposal) continue;
-      const auto placed = grasp::PlaceHand(*proposal, robot_.hand(), options_.grasp);
+      grasp::Proposal proposal = answer.grasps[i].proposal;
+      const bool far = proposal.X_CG.translation().norm() > kWorkCell_m;
+      if (mistake.unit_m != 1.0 && !far) continue;
+      proposal.X_CG.translation() *= mistake.unit_m;
+      proposal.width_m *= mistake.unit_m;
+      proposal.X_CG = mistake.X_CA * proposal.X_CG;
+      const auto placed = grasp::PlaceHand(proposal, robot_.hand(), options_.grasp);
       count += BetweenFingers(placed, robot_.hand(), scene.cloud.points).empty() ? 0 : 1;
     }
     return count;
@@ -323,8 +285,14 @@ class AnsweringDetector : public Detector {
   // @throws DetectorFailed naming the mistake that explains why most grasps close on nothing
   void RefuseMistakes(const Answer& answer, const geometry::Observation& observation,
                       const Scene& scene) const {
-    for (const Mistake& mistake : LikelyMistakes(observation)) {
-      const std::size_t count = HoldSomething(answer, scene, mistake.correction);
+    // Centimetres are tested before millimetres: read as these, they would all be near the origin,
+    // where an object may be.
+    const Mistake mistakes[] = {{.words = "centimetres, not metres", .unit_m = 1e-2},
+                                {.words = "millimetres, not metres", .unit_m = 1e-3},
+                                {.words = "the sensor's frame, not the cloud's, W",
+                                 .X_CA = observation.views.front().X_CV}};
+    for (const Mistake& mistake : mistakes) {
+      const std::size_t count = HoldSomething(answer, scene, mistake);
       if (2 * count < Judged(answer)) continue;
       throw DetectorFailed(
           fmt::format("answer: seems to be in {}; none of the {} best grasps has a measured point "
@@ -364,10 +332,8 @@ class AnsweringDetector : public Detector {
   // Adds the answer's objects, starting with the one whose turn it is.
   // @return its position in the answer
   std::optional<std::size_t> FirstOfObjects(const Answer& answer, const fs::path& folder,
-                                            const geometry::Observation& observation,
                                             const Turn& turn, Scene& scene,
                                             Detected& detected) const {
-    const CloudPositions positions = CloudPositionsOf(scene, observation);
     std::optional<std::size_t> first;
     std::optional<int> first_turn;
     for (std::size_t i = 0; i < answer.objects->size(); ++i) {
@@ -378,7 +344,7 @@ class AnsweringDetector : public Detector {
         first = i;
         first_turn = its;
       }
-      auto object = grasp::ObjectOfPoints(scene, InCloud(answered.samples, positions));
+      auto object = grasp::ObjectOfPoints(scene, InCloud(answered.samples, scene));
       if (!answered.surface.empty()) object.surface_C = ReadSurface(answered.surface, folder);
       Add(std::move(object), answered.samples, true, leads, scene, detected);
     }
