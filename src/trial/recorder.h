@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "experiment/task.h"
 #include "experiment/view.h"
@@ -27,8 +28,8 @@ class Recorder {
   /// Takes a picture at a moment that is not part of an execution.
   /// @throws base::InputError for an unknown camera.
   virtual void Take(const std::string& /*moment*/, sim::World& /*world*/) {}
-  /// Selects the moments of executions to take pictures of; default: all.
-  virtual void KeepMoments(std::function<bool(const std::string&)> /*wanted*/) {}
+  /// Selects the moments to take pictures of; empty, the default: all.
+  virtual void KeepMoments(const std::vector<std::string>& /*moments*/) {}
   /// Sets a callback that gets the viewpoint of each picture or frame without a named camera.
   virtual void OnView(std::function<void(const std::string& moment, const sim::World& world,
                                          const sim::PinholeView& view)> /*on_view*/) {}

@@ -54,17 +54,6 @@ ordered_json JsonOf(const Clearing& clearing, const Step& step) {
   return json;
 }
 
-// Sum of the times of each stage, in the order of first occurrence.
-std::vector<std::pair<std::string, double>> SumsOf(const Clearing& clearing) {
-  std::vector<std::pair<std::string, double>> sums = {{"scan", clearing.scan_s}};
-  for (const Step& step : clearing.steps) {
-    for (const auto& [stage, seconds] : step.attempt.seconds) {
-      experiment::AddSeconds(stage, seconds, sums);
-    }
-  }
-  return sums;
-}
-
 struct OfObject {
   std::string name;
   int runs = 0, delivered = 0, grasps = 0;
@@ -246,24 +235,18 @@ class ClearingExperiment : public trial::SceneTask {
   // `pile-0001_sheet.png`, which shows all pictures.
   Result Replay(const Case& which, const ReplayOptions& options) const override {
     const auto recorder = trial::MakeRecorder(cell_, which.id, options);
-    recorder->KeepMoments([](const std::string& moment) {
-      return moment == "start" || moment == "lifted" || moment == "end";
-    });
+    // Skips the end of a grasp: it looks like the start of the next one, except that the objects
+    // at the delivery place are removed by then.
+    recorder->KeepMoments({"start", "lifted"});
     ClearingObserver observer;
     observer.detector = &recorder->detector();
     observer.execution = recorder->Observer();
-    if (auto& on_moment = observer.execution.on_moment) {
-      // Skips the end of a grasp: it looks like the start of the next one, except that the objects
-      // at the delivery place are removed by then.
-      on_moment = [then = on_moment](const std::string& moment, sim::World& world) {
-        if (moment != "end") then(moment, world);
-      };
-    }
     observer.on_attempt = [&](int attempt) {
       recorder->SetPrefix(fmt::format("{}_{:02}", which.id, attempt));
     };
     observer.on_end = [&](sim::World& world) {
       recorder->SetPrefix(which.id);
+      recorder->KeepMoments({"end"});
       recorder->Take("end", world);
     };
     const Result result = RunCase(which, observer);
@@ -321,9 +304,11 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
 experiment::Result ResultOf(const Clearing& clearing, const std::string& target) {
   double simulated_s = 0.0;
   ordered_json attempts = ordered_json::array();
+  std::vector<std::pair<std::string, double>> seconds = {{"scan", clearing.scan_s}};
   for (const Step& step : clearing.steps) {
     if (step.attempt.log) simulated_s += step.attempt.log->simulated_s;
     attempts.push_back(JsonOf(clearing, step));
+    for (const auto& [stage, s] : step.attempt.seconds) experiment::AddSeconds(stage, s, seconds);
   }
   ordered_json per_object = ordered_json::array();
   for (const ObjectEnd& end : clearing.objects) {
@@ -348,7 +333,7 @@ experiment::Result ResultOf(const Clearing& clearing, const std::string& target)
   const bool cleared =
       clearing.Count(Fate::kDelivered) == static_cast<int>(clearing.objects.size());
   return {cleared ? kCleared : std::string(base::Word(clearing.stop)), "clear", clearing.detail,
-          data.dump(), SumsOf(clearing)};
+          data.dump(), seconds};
 }
 
 experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {

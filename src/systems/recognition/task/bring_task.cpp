@@ -238,9 +238,7 @@ class BringExperiment : public trial::SceneTask {
   experiment::Result Aloud(const Case& which, const std::function<void(const std::string&)>& say,
                            const experiment::ReplayOptions& options) const {
     const auto recorder = trial::MakeRecorder(cell_, which.id, options);
-    recorder->KeepMoments([](const std::string& moment) {
-      return moment == "start" || moment == "closed" || moment == "lifted" || moment == "taken";
-    });
+    recorder->KeepMoments({"start", "closed", "lifted", "taken"});
     BringObserver observer;
     observer.on_words = say;
     observer.execution = recorder->Observer();

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <optional>
 
@@ -224,7 +225,8 @@ class FilmRecorder : public trial::Recorder {
   void Take(const std::string& moment, sim::World& world) override {
     if (moment == "frame") return AddFrame(world);
     if (moment == "start" && video_) still_ = DrawFrame(world);
-    if (!options_.snapshots || (wanted_ && !wanted_(moment))) return;
+    const bool wanted = moments_.empty() || std::ranges::find(moments_, moment) != moments_.end();
+    if (!options_.snapshots || !wanted) return;
     if (!renderer_) renderer_ = std::make_unique<sim::Renderer>(world, kWidth_px, kHeight_px);
     // The picture also covers the path of the object since the previous moment.
     Corners corners = CornersOf(world);
@@ -235,9 +237,7 @@ class FilmRecorder : public trial::Recorder {
     if (target_) sim::AddObjectCorners(world, *target_, before_);
   }
 
-  void KeepMoments(std::function<bool(const std::string&)> wanted) override {
-    wanted_ = std::move(wanted);
-  }
+  void KeepMoments(const std::vector<std::string>& moments) override { moments_ = moments; }
   void OnView(ViewWatcher on_view) override { on_view_ = std::move(on_view); }
 
   void Finish() override {
@@ -320,7 +320,7 @@ class FilmRecorder : public trial::Recorder {
 
   experiment::ReplayOptions options_;
   std::string name_, prefix_;
-  std::function<bool(const std::string&)> wanted_;
+  std::vector<std::string> moments_;
   ViewWatcher on_view_;
   std::unique_ptr<sim::Renderer> renderer_, film_renderer_;
   std::unique_ptr<trial::Detector> detector_;
