@@ -142,20 +142,18 @@ KnownObject MakeKnownObject(std::string name, std::string title, geometry::Trian
 }
 
 Library::Library(std::vector<KnownObject> objects) {
-  auto prepared = std::make_shared<Prepared>();
   for (KnownObject& object : objects) {
-    for (const auto& other : prepared->ready) {
+    for (const auto& other : prepared_) {
       if (other->object.name != object.name) continue;
       throw std::invalid_argument("two known objects have the name " + object.name);
     }
-    prepared->ready.push_back(std::make_unique<internal::PreparedObject>(std::move(object)));
+    prepared_.push_back(std::make_shared<internal::PreparedObject>(std::move(object)));
   }
-  prepared_ = std::move(prepared);
 }
 
-const internal::PreparedObject& Library::Prepared::Find(const std::string& name) const {
+const internal::PreparedObject& Library::FindPrepared(const std::string& name) const {
   std::vector<std::string> known;
-  for (const auto& one : ready) {
+  for (const auto& one : prepared_) {
     if (one->object.name == name) return *one;
     known.push_back(one->object.name);
   }
@@ -164,7 +162,7 @@ const internal::PreparedObject& Library::Prepared::Find(const std::string& name)
 }
 
 const KnownObject& Library::Find(const std::string& name) const {
-  return prepared_->Find(name).object;
+  return FindPrepared(name).object;
 }
 
 }  // namespace rangegrasp::recognition

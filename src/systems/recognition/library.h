@@ -47,6 +47,10 @@ struct LibraryOptions {
   std::uint64_t seed = 1;        ///< seed of the experiment
 };
 
+namespace internal {
+struct PreparedObject;
+}  // namespace internal
+
 /// Known objects, prepared for recognition. Immutable; copies share their content. In a process
 /// that forks, it may be created before or after the fork.
 class Library {
@@ -57,11 +61,14 @@ class Library {
   /// @throws base::InputError listing the known objects if there is no such object.
   const KnownObject& Find(const std::string& name) const;
 
-  struct Prepared;  ///< internal/prepared_object.h
-  const Prepared& prepared() const { return *prepared_; }
+  const internal::PreparedObject& FindPrepared(const std::string& name) const;  ///< as Find
+
+  const auto& prepared() const {
+    return prepared_;
+  }  ///< all, in the order in which they were given
 
  private:
-  std::shared_ptr<const Prepared> prepared_;
+  std::vector<std::shared_ptr<const internal::PreparedObject>> prepared_;
 };
 
 }  // namespace rangegrasp::recognition

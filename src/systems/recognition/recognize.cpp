@@ -96,7 +96,7 @@ std::vector<Match> CandidatesAt(const Segment& segment, const Query& query, cons
                                 UnknownObject& noted) {
   const RecognitionOptions& options = query.options;
   std::vector<Match> candidates;
-  for (const auto& object : query.library.prepared().ready) {
+  for (const auto& object : query.library.prepared()) {
     const std::string& name = object->object.name;
     if (name == options.left_out || (!only.empty() && name != only)) continue;
     candidates.emplace_back(*object, segment, options);
@@ -249,7 +249,7 @@ std::vector<FoundObject> NotFoundAgain(std::vector<FoundObject> before,
 /// True if the new views agree with an earlier find: they see its surface, and nothing behind it.
 bool StillFits(const FoundObject& found, const geometry::Indices& own, const Query& query) {
   const RecognitionOptions& options = query.options;
-  const auto& prepared = query.library.prepared().Find(found.object);
+  const auto& prepared = query.library.FindPrepared(found.object);
   const auto rays = internal::RaysAbout(query.observation, query.scene, own, options.beside_m);
   const Evidence evidence =
       internal::Weigh(prepared, found.X_CB, rays, options.tolerance_m, options.color_tolerance);

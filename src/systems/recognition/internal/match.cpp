@@ -369,7 +369,7 @@ void Match::Aim() {
 }
 
 void Match::Settle() {
-  if (segment_->colored && object_->tones.known()) Aim();
+  if (segment_->colored && object_->has_tones()) Aim();
   const double least = posed_.front().score - kNear;
   posed_.front() = Refined(posed_.front());
   const auto tight_score = [this](const Posed& one) {

@@ -13,7 +13,6 @@ namespace {
 using base::kPi;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Eigen::Vector3f;
 
 // Colors.
 
@@ -23,8 +22,14 @@ constexpr double kBlack = 0.002;
 /// differs from white by 0.4, more than red from orange.
 constexpr double kBrightness = 0.15;
 
-std::vector<Vector3f> TonesOf(const std::vector<geometry::Rgb>& colors) {
-  std::vector<Vector3f> tones;
+Tone ToneOf(const geometry::Rgb& color) {
+  const Vector3d light = geometry::LightOf(color).array() + kBlack;
+  const double sum = light.sum();
+  return Vector3d(light.x() / sum, light.z() / sum, kBrightness * std::log(sum)).cast<float>();
+}
+
+std::vector<Tone> TonesOf(const std::vector<geometry::Rgb>& colors) {
+  std::vector<Tone> tones;
   std::ranges::transform(colors, std::back_inserter(tones), ToneOf);
   return tones;
 }
@@ -168,7 +173,7 @@ void AddLost(const geometry::RangeImage& image, const Ball& ball, SampleRays& ra
 
 /// Error of an explained sample's tone, and the number of samples that it represents.
 struct ToneError {
-  Vector3f off;
+  Tone off;
   float weight;
 };
 
@@ -181,30 +186,13 @@ void AddColors(const std::vector<ToneError>& errors, double tolerance, Evidence&
   }
   const auto per_square = static_cast<float>(1.0 / (tolerance * tolerance));
   for (const auto& [off, weight] : errors) {
-    const float square = (off - Vector3f(0.0f, 0.0f, brightness / all)).squaredNorm() * per_square;
+    const float square = (off - Tone(0.0f, 0.0f, brightness / all)).squaredNorm() * per_square;
     evidence.colored += static_cast<double>(weight);
     evidence.agreed += static_cast<double>(weight * std::max(0.0f, 1.0f - square));
   }
 }
 
 }  // namespace
-
-Vector3f ToneOf(const geometry::Rgb& color) {
-  const Vector3d light = geometry::LightOf(color).array() + kBlack;
-  const double sum = light.sum();
-  return Vector3d(light.x() / sum, light.z() / sum, kBrightness * std::log(sum)).cast<float>();
-}
-
-MeshTones::MeshTones(const geometry::MeshColors& colors)
-    : colors_(&colors), plain_(TonesOf(colors.plain)) {
-  if (colors.print) print_ = TonesOf(colors.print->texels);
-}
-
-Vector3f MeshTones::At(const geometry::Hit& hit) const {
-  if (const auto texel = colors_->TexelAt(hit)) return print_[*texel];
-  if (plain_.empty()) return Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
-  return plain_[hit.triangle];
-}
 
 std::vector<PointPairs> ReferencesOf(const geometry::PointCloud& cloud, int count) {
   std::vector<PointPairs> references;
@@ -273,7 +261,9 @@ void PairTable::Vote(const PointPairs& scene, std::size_t peaks, std::vector<Pos
 PreparedObject::PreparedObject(KnownObject known)
     : object(std::move(known)),
       rays(std::vector<const geometry::TriangleMesh*>{&object.mesh_B}),
-      tones(object.colors),
+      print_tones(TonesOf(object.colors.print ? object.colors.print->texels
+                                              : std::vector<geometry::Rgb>())),
+      plain_tones(TonesOf(object.colors.plain)),
       target(object.surface_B),
       hull_B(geometry::ConvexHull(object.mesh_B.vertices).vertices),
       axes_B(base::SymmetricEigen(geometry::Scatter(object.surface_B.points,
@@ -282,6 +272,12 @@ PreparedObject::PreparedObject(KnownObject known)
       round(AxisOfRevolution(object.surface_B)),
       lying(WaysToLie(object)),
       pairs(object.surface_B) {}
+
+Tone PreparedObject::ToneAt(const geometry::Hit& hit) const {
+  if (const auto texel = object.colors.TexelAt(hit)) return print_tones[*texel];
+  if (plain_tones.empty()) return Tone::Constant(std::numeric_limits<float>::quiet_NaN());
+  return plain_tones[hit.triangle];
+}
 
 SampleRays RaysAbout(const geometry::Observation& observation, const perception::Scene& scene,
                      const geometry::Indices& own, double beside_m) {
@@ -347,7 +343,7 @@ Evidence Weigh(const PreparedObject& object, const base::Pose& X_CB, const Sampl
   object.rays.FirstHits(asked, hits);
   Evidence evidence;
   std::vector<ToneError> tones;
-  const bool has_tones = object.tones.known();
+  const bool has_tones = object.has_tones();
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const SampleRay& ray = rays[i];
     const double weight = static_cast<double>(ray.weight);
@@ -368,7 +364,7 @@ Evidence Weigh(const PreparedObject& object, const base::Pose& X_CB, const Sampl
       evidence.explained += weight;
       evidence.squares_m2 += weight * static_cast<double>(off) * static_cast<double>(off);
       if (has_tones && !std::isnan(ray.tone.x())) {
-        tones.push_back({ray.tone - object.tones.At(hits[i]), ray.weight});
+        tones.push_back({ray.tone - object.ToneAt(hits[i]), ray.weight});
       }
       if (explained) explained->push_back(ray.point);
     } else if (off > 0.0f) {

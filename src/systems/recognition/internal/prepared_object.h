@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <unordered_map>
 #include <vector>
@@ -20,23 +19,7 @@ namespace rangegrasp::recognition::internal {
 
 /// A color for comparison: the shares of red and blue in its light, and the logarithm of its
 /// brightness with a small weight, since faces turned away from the lamps are darker.
-Eigen::Vector3f ToneOf(const geometry::Rgb& color);
-
-/// The tones of a mesh's colors.
-class MeshTones {
- public:
-  /// @param colors  referenced: must outlive it
-  explicit MeshTones(const geometry::MeshColors& colors);
-
-  bool known() const { return !print_.empty() || !plain_.empty(); }
-  /// NaN where the color is unknown.
-  Eigen::Vector3f At(const geometry::Hit& hit) const;
-
- private:
-  const geometry::MeshColors* colors_;
-  std::vector<Eigen::Vector3f> print_;  // one per texel
-  std::vector<Eigen::Vector3f> plain_;  // one per triangle
-};
+using Tone = Eigen::Vector3f;
 
 /// A point's pairs with the other points of a cloud with normals, as point pair features (Drost et
 /// al. 2010, "Model globally, match locally"): each is a distance and three angles, in steps.
@@ -87,7 +70,8 @@ struct PreparedObject {
 
   KnownObject object;
   geometry::RayCaster rays;        ///< the mesh in B
-  MeshTones tones;                 ///< of the mesh
+  std::vector<Tone> print_tones;   ///< of the mesh's print, one per texel
+  std::vector<Tone> plain_tones;   ///< one per triangle; may be empty, as the print's
   pcl_bridge::PlaneTarget target;  ///< surface_B
   geometry::Points hull_B;         ///< corners of the convex hull
   Eigen::Matrix3d axes_B;          ///< principal axes, unit columns
@@ -95,6 +79,10 @@ struct PreparedObject {
   /// Rotations R_TB in which it lies on a table with z up, modulo symmetry.
   std::vector<Eigen::Matrix3d> lying;
   PairTable pairs;
+
+  bool has_tones() const { return !print_tones.empty() || !plain_tones.empty(); }
+  /// NaN where the color is unknown.
+  Tone ToneAt(const geometry::Hit& hit) const;
 };
 
 /// Classification of a sample.
@@ -113,8 +101,7 @@ struct SampleRay {
   float weight = 1.0f;  ///< number of samples that it represents
   Part part = Part::kGround;
   std::uint32_t point = 0;  ///< position in Scene::points_C; unused for lost samples
-  /// ToneOf its color; NaN if unknown.
-  Eigen::Vector3f tone = Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
+  Tone tone = Tone::Constant(std::numeric_limits<float>::quiet_NaN());  ///< NaN if unknown
 };
 using SampleRays = std::vector<SampleRay>;
 
@@ -152,14 +139,3 @@ Evidence Weigh(const PreparedObject& object, const base::Pose& X_CB, const Sampl
                double tolerance_m, double color_tolerance, geometry::Indices* explained = nullptr);
 
 }  // namespace rangegrasp::recognition::internal
-
-namespace rangegrasp::recognition {
-
-struct Library::Prepared {
-  /// As Library::Find.
-  const internal::PreparedObject& Find(const std::string& name) const;
-
-  std::vector<std::unique_ptr<internal::PreparedObject>> ready;
-};
-
-}  // namespace rangegrasp::recognition
