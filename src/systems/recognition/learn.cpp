@@ -4,10 +4,12 @@
 
 #include <array>
 #include <map>
+#include <utility>
 
 #include "base/error.h"
 #include "base/words.h"
 #include "geometry/kd_tree.h"
+#include "grasp/surface.h"
 #include "mesh/solid.h"
 #include "recognition/model_shape.h"
 
@@ -46,14 +48,13 @@ PointCloud MeanOfEachCell(const PointCloud& cloud, double cell_m) {
     Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
     int count = 0;
   };
-  std::map<std::array<int, 4>, Sum> cells;
+  std::map<std::pair<std::array<long, 3>, int>, Sum> cells;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3i at = (cloud.points[i] / cell_m).array().floor().cast<int>();
     const Eigen::Vector3d& n = cloud.normals[i];
     Eigen::Index axis = 0;
     n.cwiseAbs().maxCoeff(&axis);
     const int side = 2 * static_cast<int>(axis) + (n[axis] > 0.0 ? 1 : 0);
-    Sum& sum = cells[{at.x(), at.y(), at.z(), side}];
+    Sum& sum = cells[{grasp::GridCell(cloud.points[i], cell_m), side}];
     sum.point += cloud.points[i];
     sum.normal += n;
     ++sum.count;

@@ -8,11 +8,12 @@
 #include <functional>
 #include <limits>
 #include <numbers>
-#include <unordered_set>
+#include <set>
 
 #include "base/linear_algebra.h"
 #include "base/rng.h"
 #include "geometry/kd_tree.h"
+#include "grasp/surface.h"
 
 namespace rangegrasp::recognition {
 namespace {
@@ -241,14 +242,9 @@ Motion LeastLeaving(const geometry::Points& points, const geometry::Points& norm
 }  // namespace
 
 geometry::PointCloud Thinned(const geometry::PointCloud& cloud, double edge_m) {
-  constexpr std::int64_t kHalf = 1 << 20;  // cells on each side of the origin: 21 bits per axis
-  std::unordered_set<std::int64_t> taken;
+  std::set<std::array<long, 3>> taken;
   const auto kept = geometry::PositionsWhere(cloud.points, [&](const Vector3d& p) {
-    std::int64_t key = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      key = key << 21 | (static_cast<std::int64_t>(std::floor(p[axis] / edge_m)) + kHalf);
-    }
-    return taken.insert(key).second;
+    return taken.insert(grasp::GridCell(p, edge_m)).second;
   });
   return {geometry::Select(cloud.points, kept), geometry::Select(cloud.normals, kept)};
 }

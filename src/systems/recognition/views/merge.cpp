@@ -54,10 +54,11 @@ Seen EverySoMany(const Seen& seen, std::size_t max_points) {
 }
 
 /// Normals toward each point's viewpoint: those on the two sides of a thin wall are opposite.
-Points NormalsOf(const Seen& seen, const geometry::KdTree& tree, double radius_m) {
-  geometry::Indices own(seen.points.size());
+Points NormalsOf(const Points& points, const Points& eyes, const geometry::KdTree& tree,
+                 double radius_m) {
+  geometry::Indices own(points.size());
   std::iota(own.begin(), own.end(), 0u);
-  return geometry::EstimateNormals(seen.points, tree, radius_m, seen.eyes, own);
+  return geometry::EstimateNormals(points, tree, radius_m, eyes, own);
 }
 
 /// Normal equations of the remaining motion from the pairs: A x = b, without sigma.
@@ -67,51 +68,45 @@ struct Pairs {
   std::vector<double> across_m;  ///< the distances along the normal
 };
 
-/// Points of the earlier views.
-class Earlier {
- public:
-  Earlier(Seen seen, const RefineOptions& options)
-      : points_(std::move(seen.points)),
-        tree_(points_),
-        normals_(NormalsOf({points_, std::move(seen.eyes)}, tree_, options.normal_radius_m)),
-        options_(options) {}
-  Earlier(const Earlier&) = delete;
-  Earlier& operator=(const Earlier&) = delete;
+/// The points of views that were aligned before, or of one that is to be.
+struct Surface {
+  Surface(Seen seen, double normal_radius_m)
+      : points(std::move(seen.points)),
+        tree(points),
+        normals(NormalsOf(points, seen.eyes, tree, normal_radius_m)) {}
 
-  /// @param normals  of the points before the motion, which turns them only slightly
-  Pairs PairsWith(const Points& points, const Points& normals, const base::Pose& X,
-                  const Eigen::Vector3d& about, double sigma_m) const {
-    Pairs pairs;
-    std::vector<geometry::KdTree::Neighbor> nearest;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Vector3d p = X * points[i];
-      tree_.Nearest(p, 1, nearest);
-      const auto& found = nearest.front();
-      const Eigen::Vector3d& n = normals_[found.index];
-      if (n.dot(normals[i]) < kMinCosine) continue;
-      const double across_m = n.dot(p - points_[found.index]);
-      const double squared_aside = found.squared_distance - across_m * across_m;
-      if (std::abs(across_m) > options_.max_across_m ||
-          squared_aside > options_.max_aside_m * options_.max_aside_m) {
-        continue;
-      }
-      // Cauchy weights: pairs further apart than two sigma are usually on different surfaces.
-      const double weight = 1.0 / (1.0 + across_m * across_m / (4.0 * sigma_m * sigma_m));
-      Vector6 J;
-      J << n, (p - about).cross(n);
-      pairs.A += weight * J * J.transpose();
-      pairs.b -= weight * J * across_m;
-      pairs.across_m.push_back(std::abs(across_m));
-    }
-    return pairs;
-  }
-
- private:
-  Points points_;
-  geometry::KdTree tree_;
-  Points normals_;
-  const RefineOptions& options_;
+  Points points;
+  geometry::KdTree tree;
+  Points normals;
 };
+
+/// @param X  motion of the source; it turns the normals only slightly
+Pairs PairsOf(const Surface& source, const base::Pose& X, const Surface& target,
+              const Eigen::Vector3d& about, double sigma_m, const RefineOptions& options) {
+  Pairs pairs;
+  std::vector<geometry::KdTree::Neighbor> nearest;
+  for (std::size_t i = 0; i < source.points.size(); ++i) {
+    const Eigen::Vector3d p = X * source.points[i];
+    target.tree.Nearest(p, 1, nearest);
+    const auto& found = nearest.front();
+    const Eigen::Vector3d& n = target.normals[found.index];
+    if (n.dot(source.normals[i]) < kMinCosine) continue;
+    const double across_m = n.dot(p - target.points[found.index]);
+    const double squared_aside = found.squared_distance - across_m * across_m;
+    if (std::abs(across_m) > options.max_across_m ||
+        squared_aside > options.max_aside_m * options.max_aside_m) {
+      continue;
+    }
+    // Cauchy weights: pairs further apart than two sigma are usually on different surfaces.
+    const double weight = 1.0 / (1.0 + across_m * across_m / (4.0 * sigma_m * sigma_m));
+    Vector6 J;
+    J << n, (p - about).cross(n);
+    pairs.A += weight * J * J.transpose();
+    pairs.b -= weight * J * across_m;
+    pairs.across_m.push_back(std::abs(across_m));
+  }
+  return pairs;
+}
 
 /// A small motion from its shift and turn about a point.
 base::Pose PoseOf(const Vector6& twist, const Eigen::Vector3d& about) {
@@ -136,18 +131,16 @@ Refinement Refine(const geometry::Observation& earlier, const geometry::View& vi
   AddPoints(view, region_C, source);
   Refinement result;
   if (target.points.size() < kMinPoints || source.points.size() < kMinPoints) return result;
-  source = EverySoMany(source, options.max_points);
+  const Surface after(EverySoMany(source, options.max_points), options.normal_radius_m);
+  const Surface before(EverySoMany(target, 3 * options.max_points), options.normal_radius_m);
   const Eigen::Vector3d about = view.X_CV.translation();
-  const Earlier before(EverySoMany(target, 3 * options.max_points), options);
-  const Points normals =
-      NormalsOf(source, geometry::KdTree(source.points), options.normal_radius_m);
   Vector6 prior;  // diagonal of the inverse covariance of the error
   prior.head<3>().setConstant(3.0 / (options.error.shift_m * options.error.shift_m));
   prior.tail<3>().setConstant(3.0 / (options.error.turn_rad * options.error.turn_rad));
   Vector6 twist = Vector6::Zero();
   double sigma_m = options.error.shift_m;
   for (int i = 0; i < options.max_iterations; ++i) {
-    Pairs pairs = before.PairsWith(source.points, normals, PoseOf(twist, about), about, sigma_m);
+    Pairs pairs = PairsOf(after, PoseOf(twist, about), before, about, sigma_m, options);
     if (pairs.across_m.size() < kMinPoints) return result;
     result.pairs = pairs.across_m.size();
     sigma_m = std::max(base::MedianOf(std::move(pairs.across_m)) / kMedianOfNormal, kMinSigma_m);

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/frames.h"
+#include "grasp/surface.h"
 #include "sensing/hand_eye.h"
 #include "sensing/line_scanner.h"
 #include "sim/execute.h"
@@ -134,11 +135,10 @@ std::optional<Eigen::AlignedBox3d> WristScanner::RegionOfHighest(
     const geometry::Observation& so_far) const {
   const double table_z_m = robot_.X_WWorkspace.translation().z();
   const auto workspace = grasp::WorkspaceOf(robot_, options_.workspace_margin_m);
-  std::map<std::array<int, 3>, geometry::Points> cells;
+  std::map<std::array<long, 3>, geometry::Points> cells;
   ForEachPoint(so_far, [&](const Eigen::Vector3d& p) {
     if (p.z() < table_z_m + kStands_m || !workspace.Contains(p)) return;
-    const Eigen::Vector3i at = (p / kMap_m).array().floor().cast<int>();
-    cells[{at.x(), at.y(), at.z()}].push_back(p);
+    cells[grasp::GridCell(p, kMap_m)].push_back(p);
   });
   const auto height = [](const Eigen::Vector3d& p) { return p.z(); };
   std::optional<Eigen::Vector3d> highest;
