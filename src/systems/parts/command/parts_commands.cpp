@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <string>
 
 #include "base/error.h"
 #include "base/file.h"
 #include "base/installation.h"
-#include "base/stopwatch.h"
 #include "base/words.h"
 #include "cli/commands.h"
 #include "cli/output.h"
@@ -28,15 +27,14 @@
 namespace rangegrasp::cli {
 namespace {
 
-using nlohmann::ordered_json;
 using parts::Method;
 using parts::Segmentation;
 
 struct SegmentArguments {
   std::vector<std::string> files;
-  std::string out = "results/parts", method = "mirror", up = "z";
+  std::string out = "results/parts", method = "mirror";
   parts::MethodOptions options;
-  bool meshes = false, json = false;
+  bool meshes = false;
 };
 
 /// Rejects options that the method would ignore: they are a mistake of the caller.
@@ -65,7 +63,6 @@ struct Segmented {
   std::vector<parts::PartDescription> described;
   parts::Labels labels;    ///< of its triangles or points
   std::vector<int> sizes;  ///< of each part, in polygons or points
-  double seconds = 0.0;
 
   bool IsMesh() const { return input.polygons > 0; }
   /// Number of polygons or points that have a position, and thus a part.
@@ -87,9 +84,7 @@ Segmented Segment(const std::string& file, const SegmentArguments& arguments, St
     }
     line.Begin(
         fmt::format("segmenting {} {}", shape.Elements(), shape.IsMesh() ? "triangles" : "points"));
-    const base::Stopwatch watch;
     result.found = parts::SegmentBy(method, shape, arguments.options);
-    result.seconds = watch.Seconds();
     line.Begin("describing the parts");
     result.described = parts::DescribeParts(shape, result.found);
     result.labels = parts::LabelsOfInput(shape, result.input.mesh, result.found);
@@ -106,45 +101,6 @@ Segmented Segment(const std::string& file, const SegmentArguments& arguments, St
 std::string ColorOf(std::int32_t label) {
   const auto [r, g, b] = parts::PartColor(label);
   return fmt::format("#{:02x}{:02x}{:02x}", r, g, b);
-}
-
-ordered_json Coordinates(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-/// Describes a part for grasping, in the file's unit of length.
-ordered_json JsonOf(const Segmented& result, const parts::PartDescription& part) {
-  ordered_json json = {{"label", part.label},
-                       {"core", result.IsCore(part.label)},
-                       {"elements", result.sizes[part.label]},
-                       {"share", result.Share(part.label)},
-                       {"color", ColorOf(part.label)},
-                       {"function", base::Word(part.function)}};
-  if (result.IsMesh()) json["area"] = part.area;
-  if (result.IsMesh()) json["volume"] = part.volume ? ordered_json(*part.volume) : ordered_json();
-  json["holds"] = part.holds;
-  json["center"] = Coordinates(part.center);
-  for (int k = 0; k < 3; ++k) json["axes"].push_back(Coordinates(part.axes.col(k)));
-  json["extents"] = Coordinates(part.extents);
-  json["neighbors"] = ordered_json::array();
-  for (const parts::PartNeighbor& neighbor : part.neighbors) {
-    ordered_json entry = {{"label", neighbor.label}, {"joints", neighbor.joints}};
-    if (result.IsMesh()) entry["border"] = neighbor.border;
-    json["neighbors"].push_back(entry);
-  }
-  return json;
-}
-
-ordered_json JsonOf(const std::string& file, const std::string& method, const Segmented& result) {
-  ordered_json json = {{"file", file},
-                       {"method", method},
-                       {"vertices", result.input.mesh.vertices.size()},
-                       {"faces", result.input.polygons},
-                       {"element", result.IsMesh() ? "face" : "point"},
-                       {"elements", result.Elements()},
-                       {"parts", ordered_json::array()},
-                       {"note", result.found.note},
-                       {"seconds", result.seconds}};
-  for (const auto& part : result.described) json["parts"].push_back(JsonOf(result, part));
-  return json;
 }
 
 /// E.g. "1 (0.06), 2 (0.01)", for a mesh with the length of the border.
@@ -243,7 +199,7 @@ Segmented SegmentFile(const std::string& file, const SegmentArguments& arguments
   }
   const std::string base = BaseOf(file, arguments);
   line.Begin("writing");
-  parts::WriteParts(base, result.input, result.labels, /*up=*/arguments.up[0] - 'x');
+  parts::WriteParts(base, result.input, result.labels);
   if (arguments.meshes) WriteMeshes(base, result);
   line.End();
   if (!result.found.note.empty()) spdlog::info("{}", result.found.note);
@@ -277,13 +233,11 @@ void SegmentFiles(const SegmentArguments& arguments) {
   CheckOptions(arguments);
   CheckNames(arguments);
   const bool several = arguments.files.size() > 1;
-  ordered_json all = ordered_json::array();
   std::size_t failed = 0;
   for (const std::string& file : arguments.files) {
     try {
       const Segmented result = SegmentFile(file, arguments);
-      all.push_back(JsonOf(file, arguments.method, result));
-      if (!arguments.json) WriteResult((several ? file + ": " : "") + TextOf(result));
+      WriteResult((several ? file + ": " : "") + TextOf(result));
     } catch (const base::NotBuilt&) {
       throw;  // the script that started the program may build or install it
     } catch (const base::NotInstalled&) {
@@ -291,11 +245,9 @@ void SegmentFiles(const SegmentArguments& arguments) {
     } catch (const base::InputError& e) {
       if (!several) throw;
       spdlog::error(e.what());
-      all.push_back({{"file", file}, {"error", e.what()}});
       ++failed;
     }
   }
-  if (arguments.json) WriteResult((several ? all : all.front()).dump(2) + "\n");
   if (failed > 0) {
     throw base::InputError(
         fmt::format("{} of {} shapes could not be segmented", failed, arguments.files.size()));
@@ -328,10 +280,7 @@ void AddPartsCommands(CLI::App& app) {
                     "mirror: segment the shape with its limbs stretched out (section 6.2.3)");
   command->add_flag("--go-on-outside", arguments->options.go_on_outside,
                     "mirror: continue if no center inside the shape is found");
-  command->add_option("--up", arguments->up, "axis that points up in the picture (z)")
-      ->check(CLI::IsMember({"x", "y", "z"}));
   command->add_option("-o,--out", arguments->out, "output folder (results/parts)");
-  command->add_flag("--json", arguments->json, "print the parts and their description as JSON");
   command->footer("Example: rangegrasp parts cup.off --method hierarchy -o results/cup");
   command->callback([arguments] { SegmentFiles(*arguments); });
 }

@@ -172,31 +172,27 @@ draw::Canvas DrawLabels(const geometry::TriangleMesh& shape, std::span<const std
   return canvas;
 }
 
-draw::View LookAtShape(geometry::PointSpan points, int up) {
+draw::View LookAtShape(geometry::PointSpan points) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : points) {
     if (p.allFinite()) box.extend(p);
   }
   draw::View view;
   view.target = box.center();
-  view.up = Eigen::Vector3d::Unit(up);
-  const Eigen::Vector3d front =
-      (up == 1 ? 1.0 : -1.0) * Eigen::Vector3d::Unit((up + (up == 1 ? 1 : 2)) % 3);
-  const Eigen::Vector3d right = front.cross(-view.up);
-  const Eigen::Vector3d back = (front + kRightOfFront * right + kAboveFront * view.up).normalized();
+  const Eigen::Vector3d back = Eigen::Vector3d(kRightOfFront, -1.0, kAboveFront).normalized();
   view.eye = view.target + DistanceFor(points, view, back) * back;
   return view;
 }
 
 void WriteParts(const std::filesystem::path& base, const geometry::PolygonMesh& input,
-                std::span<const std::int32_t> triangles, int up) {
+                std::span<const std::int32_t> triangles) {
   const auto named = [&](const char* ending) { return base.string() + ending; };
   const auto polygons = LabelsOfPolygons(input, triangles);
   WriteLabels(named(".seg"), polygons);
   const auto labels = input.polygons > 0 ? LabelsOfTriangles(input, polygons) : polygons;
   WriteColoredShape(named(".ply"), input.mesh, labels);
   image::WritePng(named(".png"),
-                  draw::Render(DrawLabels(input.mesh, labels), LookAtShape(input.mesh.vertices, up),
+                  draw::Render(DrawLabels(input.mesh, labels), LookAtShape(input.mesh.vertices),
                                kWidth_px, kHeight_px));
 }
 

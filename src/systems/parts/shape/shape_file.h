@@ -39,17 +39,15 @@ draw::Color PaintOf(std::int32_t label);
 /// Points that are not finite, and faces with such a point, are left out.
 draw::Canvas DrawLabels(const geometry::TriangleMesh& shape, std::span<const std::int32_t> labels);
 
-/// A view of a whole shape from the front right and above, in any unit.
-/// @param up  the shape's axis that points up: 0, 1, 2 for x, y, z; the front is then -z, +z, -y
-draw::View LookAtShape(geometry::PointSpan points, int up);
+/// A view of a whole shape from the front (-y) right and above (z), in any unit.
+draw::View LookAtShape(geometry::PointSpan points);
 
 /// Writes the parts of a shape as BASE.seg (labels), BASE.ply (colored) and BASE.png.
 /// @param labels  one per triangle or point; .seg has one per polygon, and the triangles are shown
 ///                with the labels of their polygons
-/// @param up  as in LookAtShape
 /// @throws base::RunError if a file cannot be written, base::InputError if the folder cannot be
 /// made.
 void WriteParts(const std::filesystem::path& base, const geometry::PolygonMesh& input,
-                std::span<const std::int32_t> labels, int up);
+                std::span<const std::int32_t> labels);
 
 }  // namespace rangegrasp::parts

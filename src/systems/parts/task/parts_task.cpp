@@ -31,9 +31,6 @@ using experiment::Result;
 using experiment::View;
 using nlohmann::json;
 
-/// The axis of the models that points up in pictures: z.
-constexpr int kAxisUp = 2;
-
 // ---- views ----
 
 geometry::TriangleMesh InUnitBox(geometry::TriangleMesh mesh) {
@@ -78,7 +75,7 @@ View PartsView(const HumanModel& model, const std::string& name, const Labels& f
     view.painted.push_back(PaintedBy(mesh, fmt::format("person {}", h + 1),
                                      found.empty() ? human : MatchedLabels(human, found)));
   }
-  const draw::View look = LookAtShape(mesh.vertices, kAxisUp);
+  const draw::View look = LookAtShape(mesh.vertices);
   view.eye_W = look.eye;
   view.target_W = look.target;
   return view;
@@ -151,7 +148,7 @@ class PartsExperiment : public experiment::Task {
     if (options.view) {
       *options.view = PartsView(*model, which.params.Text("method"), labels);
     } else if (found) {
-      WriteParts(options.folder / which.id, model->input, labels, kAxisUp);
+      WriteParts(options.folder / which.id, model->input, labels);
     }
     return result;
   }

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "cli/command.h"
@@ -46,9 +45,11 @@ class PartsTest : public testing::Test {
     more.insert(more.end(), {"-o", Out()});
     return RunProgram(more);
   }
-  nlohmann::json ResultOf(std::vector<std::string> arguments) {
-    arguments.emplace_back("--json");
-    return nlohmann::json::parse(Succeeded(Parts(arguments)).out);
+  /// The table of the parts of one file.
+  base::CsvTable TableOf(const std::vector<std::string>& arguments) {
+    Succeeded(Parts(arguments));
+    const auto name = std::filesystem::path(arguments.front()).stem();
+    return base::CsvTable::Read(folder_ / "out" / (name.string() + ".csv"));
   }
   std::string Out() const { return folder_ / "out"; }
   void ExpectRefused(const std::vector<std::string>& arguments, const std::string& says) {
@@ -60,13 +61,12 @@ class PartsTest : public testing::Test {
 };
 
 TEST_F(PartsTest, WritesLabelsAColouredShapeAndAPicture) {
-  const auto json = ResultOf({mesh_});
-  EXPECT_EQ(json["faces"], Lollipop().faces.size());
-  EXPECT_EQ(json["element"], "face");
-  std::size_t elements = 0;
-  for (const auto& part : json["parts"]) elements += part["elements"].get<std::size_t>();
-  EXPECT_EQ(elements, Lollipop().faces.size());
-  EXPECT_EQ(json["parts"][0]["core"], true);
+  const auto table = TableOf({mesh_});
+  double elements = 0.0;
+  for (std::size_t part = 0; part < table.rows(); ++part) {
+    elements += table.Number(part, table.Column("elements"));
+  }
+  EXPECT_EQ(elements, static_cast<double>(Lollipop().faces.size()));
   const std::string labels = base::ReadFile(folder_ / "out/lollipop.seg");
   EXPECT_EQ(std::count(labels.begin(), labels.end(), '\n'),
             static_cast<long>(Lollipop().faces.size()));
@@ -93,15 +93,15 @@ TEST_F(PartsTest, OnePartByDiameterNamesTheOptionThatMayFindMore) {
 
 TEST_F(PartsTest, KMeansGivesAsManyPartsAsAsked) {
   for (const int k : {1, 2, 7}) {
-    const auto json = ResultOf({mesh_, "--method", "kmeans", "--parts", std::to_string(k)});
-    EXPECT_EQ(json["parts"].size(), static_cast<std::size_t>(k));
+    const auto table = TableOf({mesh_, "--method", "kmeans", "--parts", std::to_string(k)});
+    EXPECT_EQ(table.rows(), static_cast<std::size_t>(k));
   }
 }
 
 // A ball on a stick.
 TEST_F(PartsTest, AHierarchyHasAsManyPartsAsAskedAndNoneBelowItsCutQuality) {
   const auto parts = [&](const char* option, const char* value) {
-    return ResultOf({mesh_, "--method", "hierarchy", option, value})["parts"].size();
+    return TableOf({mesh_, "--method", "hierarchy", option, value}).rows();
   };
   EXPECT_EQ(parts("--parts", "2"), 2U);
   EXPECT_EQ(parts("--cut-quality", "0.001"), 1U);
@@ -110,8 +110,7 @@ TEST_F(PartsTest, AHierarchyHasAsManyPartsAsAskedAndNoneBelowItsCutQuality) {
 TEST_F(PartsTest, EachPartIsAMeshAndSeveralFilesAreSeveralResults) {
   const std::string other = folder_ / "other.off";
   std::filesystem::copy_file(mesh_, other);
-  const auto json = ResultOf({mesh_, other, "--method", "hierarchy", "--parts", "2", "--meshes"});
-  ASSERT_EQ(json.size(), 2U);
+  Succeeded(Parts({mesh_, other, "--method", "hierarchy", "--parts", "2", "--meshes"}));
   for (const char* name : {"lollipop", "other"}) {
     std::size_t bytes = 0;
     for (const char* part : {"_part_0.stl", "_part_1.stl"}) {
@@ -129,8 +128,7 @@ TEST_F(PartsTest, AnErrorInOneFileDoesNotStopTheOthers) {
   const std::string other = folder_ / "other.off";
   std::filesystem::copy_file(mesh_, other);
   const std::string broken = folder_.Write("broken.off", "no mesh");
-  const std::vector<std::string> all = {mesh_, broken, other, "--method", "kmeans", "--parts", "1"};
-  const Ran ran = Parts(all);
+  const Ran ran = Parts({mesh_, broken, other, "--method", "kmeans", "--parts", "1"});
   EXPECT_EQ(ran.code, 2);
   for (const std::string& file : {mesh_, other}) {
     EXPECT_THAT(ran.out, HasSubstr(file + ": 1 part of 1280 faces"));
@@ -138,13 +136,6 @@ TEST_F(PartsTest, AnErrorInOneFileDoesNotStopTheOthers) {
   EXPECT_THAT(ran.err, HasSubstr(broken));
   EXPECT_THAT(ran.err, HasSubstr("1 of 3 shapes could not be segmented"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "out/other.seg"));
-  auto with_json = all;
-  with_json.emplace_back("--json");
-  const auto json = nlohmann::json::parse(Parts(with_json).out);
-  ASSERT_EQ(json.size(), 3U);
-  EXPECT_EQ(json[1]["file"], broken);
-  EXPECT_THAT(json[1]["error"].get<std::string>(), HasSubstr(broken));
-  EXPECT_EQ(json[2]["parts"].size(), 1U);
 }
 
 TEST_F(PartsTest, TheSameFileGivesTheSameBytes) {
@@ -161,7 +152,7 @@ TEST_F(PartsTest, TheSameFileGivesTheSameBytes) {
 
 TEST_F(PartsTest, ACloudHasALabelAPoint) {
   const std::string cloud = folder_.Write("cloud.ply", PlyOf(Lollipop().points));
-  EXPECT_EQ(ResultOf({cloud, "--go-on-outside"})["element"], "point");
+  EXPECT_THAT(Succeeded(Parts({cloud, "--go-on-outside"})).out, HasSubstr(" points\n"));
   const std::string labels = base::ReadFile(folder_ / "out/cloud.seg");
   EXPECT_EQ(std::count(labels.begin(), labels.end(), '\n'),
             static_cast<long>(Lollipop().points.size()));
@@ -178,9 +169,9 @@ TEST_F(PartsTest, AScannedMugHasAContainerAndAHandle) {
   const std::string experiment = RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml";
   Succeeded(
       RunProgram({"scan", experiment, "--trial", "coffee_cup-0004", "--target-only", "-o", cloud}));
-  const auto json = ResultOf({cloud});
-  ASSERT_GE(json["parts"].size(), 2U);
-  EXPECT_GT(json["parts"][0]["share"], 0.8);
+  const auto table = TableOf({cloud});
+  ASSERT_GE(table.rows(), 2U);
+  EXPECT_GT(table.Number(0, table.Column("share")), 0.8);
   // The scanned mug stands upright: its handle is what extends beyond the wall's radius of 40 mm.
   const auto points = parts::ReadPolygons(cloud).mesh.vertices;
   const auto labels = parts::ReadLabels(folder_ / "out/mug.seg", points.size());
