@@ -129,7 +129,6 @@ std::string TextOf(const Segmented& result) {
     }
     text += "\n  ";
     if (result.IsMesh()) text += fmt::format("area {:.4g}, ", part.area);
-    if (part.volume) text += fmt::format("volume {:.4g}, ", *part.volume);
     text += fmt::format("{:.4g} x {:.4g} x {:.4g} about ({:.4g}, {:.4g}, {:.4g})", part.extents[0],
                         part.extents[1], part.extents[2], part.center[0], part.center[1],
                         part.center[2]);
@@ -143,15 +142,14 @@ std::string TextOf(const Segmented& result) {
 std::string TableOf(const Segmented& result) {
   using Part = parts::PartDescription;
   using Columns = std::vector<experiment::Column<Part>>;
-  const auto of_mesh = [&](const std::optional<double>& value) {
-    return result.IsMesh() ? value : std::nullopt;
-  };
   Columns columns = {{"part", "", &Part::label},
                      {"function", "", [](const Part& part) { return base::Word(part.function); }},
                      {"elements", "", [&](const Part& part) { return result.sizes[part.label]; }},
                      {"share", ".6g", [&](const Part& part) { return result.Share(part.label); }},
-                     {"area", ".6g", [=](const Part& part) { return of_mesh(part.area); }},
-                     {"volume", ".6g", [=](const Part& part) { return of_mesh(part.volume); }},
+                     {"area", ".6g",
+                      [&](const Part& part) {
+                        return result.IsMesh() ? std::optional(part.area) : std::nullopt;
+                      }},
                      {"holds", ".6g", &Part::holds}};
   const auto add = [&](const std::vector<std::string>& titles, const auto& vector_of) {
     for (int k = 0; k < 3; ++k) {

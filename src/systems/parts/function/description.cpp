@@ -184,27 +184,6 @@ void DescribeNeighbors(const Shape& shape, const Labels& label,
   }
 }
 
-/// Volumes of the parts without a border.
-void DescribeVolumes(const Shape& mesh, const Labels& label, std::vector<PartDescription>& parts) {
-  std::map<Edge, Labels> sides;
-  std::vector<geometry::TriangleMesh> of_part(parts.size());
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    of_part[label[f]].triangles.push_back(mesh.faces[f]);
-    for (const Edge& edge : EdgesOf(mesh.faces[f])) sides[edge].push_back(label[f]);
-  }
-  std::vector<bool> open(parts.size(), false);
-  for (const auto& [edge, labels] : sides) {
-    const bool closed = labels.size() == 2 && labels[0] == labels[1];
-    if (closed) continue;
-    for (const std::int32_t l : labels) open[l] = true;
-  }
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    if (open[p]) continue;
-    of_part[p].vertices = mesh.points;
-    parts[p].volume = std::abs(geometry::Volume(of_part[p]));
-  }
-}
-
 void DescribeExtents(const Samples& samples, PartDescription& part) {
   double weight = 0.0;
   part.center = Vector3d::Zero();
@@ -342,7 +321,6 @@ std::vector<PartDescription> DescribeParts(const Shape& shape, const Segmentatio
     for (const double weight : samples[p].weight) parts[p].area += weight;
   }
   DescribeNeighbors(shape, segmentation.label, parts);
-  if (shape.IsMesh()) DescribeVolumes(shape, segmentation.label, parts);
   AssignFunctions(shape, segmentation, samples, options, parts);
   return parts;
 }

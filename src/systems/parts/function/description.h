@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string_view>
 
 #include "parts/shape/segmentation.h"
@@ -31,7 +30,6 @@ struct PartNeighbor {
 struct PartDescription {
   std::int32_t label = 0;
   double area = 0.0;                    ///< mesh: surface area; cloud: 0
-  std::optional<double> volume;         ///< if the part is a closed surface by itself
   Eigen::Vector3d center;               ///< center of gravity of the surface, or of the points
   Eigen::Matrix3d axes;                 ///< columns: principal directions, longest extent first
   Eigen::Vector3d extents;              ///< extents along these axes
