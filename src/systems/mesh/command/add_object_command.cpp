@@ -41,7 +41,7 @@ struct Arguments {
   std::string mesh, name, title, unit, up, texture, surface = "plastic", out = "objects";
   std::optional<double> size_mm, mass_g, density;
   int trials = 3;
-  bool fill_holes = false, overwrite = false, json = false;
+  bool fill_holes = false, overwrite = false;
 };
 
 /// Results of add-object.
@@ -221,29 +221,6 @@ std::string Text(const Found& found) {
                             found.look.name);
 }
 
-std::string Json(const Found& found) {
-  const objects::MeshObject& o = found.object;
-  auto poses = nlohmann::ordered_json::array();
-  for (const auto& pose : found.poses) {
-    poses.push_back({{"label", pose.label},
-                     {"probability", pose.probability},
-                     {"tipping_deg", base::ToDeg(pose.tipping_rad)}});
-  }
-  const nlohmann::ordered_json json = {{"name", found.look.name},
-                                       {"folder", found.folder.string()},
-                                       {"size_m", {o.size_m.x(), o.size_m.y(), o.size_m.z()}},
-                                       {"mass_kg", o.mass_kg},
-                                       {"volume_m3", o.volume_m3},
-                                       {"surface", found.look.surface.name},
-                                       {"said", o.said},
-                                       {"hulls", o.hulls_O.size()},
-                                       {"hulls_cover", o.overlap.covered},
-                                       {"hulls_beyond", o.overlap.beyond},
-                                       {"resting_poses", poses},
-                                       {"lift_test", found.outcomes}};
-  return json.dump(2) + "\n";
-}
-
 }  // namespace
 
 void AddAddObjectCommand(CLI::App& app) {
@@ -273,14 +250,10 @@ void AddAddObjectCommand(CLI::App& app) {
       ->transform(WholeNumber(0, 1000))
       ->capture_default_str();
   command->add_flag("--overwrite", a->overwrite, "replace an existing object with this name");
-  command->add_flag("--json", a->json, "print the result as JSON");
   command->footer(
       "Example: rangegrasp add-object mug.stl --surface ceramic --mass 320 --out objects\nThen "
       "list it in an experiment: object_folders: [objects], objects: [mug]");
-  command->callback([a] {
-    const Found found = Add(*a);
-    WriteResult(a->json ? Json(found) : Text(found));
-  });
+  command->callback([a] { WriteResult(Text(Add(*a))); });
 }
 
 }  // namespace rangegrasp::cli
