@@ -314,28 +314,6 @@ std::vector<MethodMeans> MeansOf(const PartsSetup& setup, const std::vector<Part
   return means;
 }
 
-std::string MeansCsv(const PartsSetup& setup, const std::vector<MethodMeans>& means,
-                     Metric metric) {
-  const auto cell = [](const std::optional<double>& value) {
-    return value ? Fixed(*value, 6) : "";  // more digits than the number of models supports
-  };
-  std::string text = base::CsvLine(
-      {"class", "method", metric == Metric::kRandError ? "one_minus_rand_index" : "cut_discrepancy",
-       "standard_error", "models"});
-  const auto add = [&](const std::string& name, Method method, const Mean& mean,
-                       const Mean& spread) {
-    text += base::CsvLine({name, MethodWord(method), cell(mean.mean), cell(spread.standard_error),
-                           std::to_string(spread.count)});
-  };
-  for (std::size_t c = 0; c < setup.classes.size(); ++c) {
-    for (const auto& of : means) {
-      add(setup.classes[c].name, of.method, of.by_class[c], of.by_class[c]);
-    }
-  }
-  for (const auto& of : means) add("overall", of.method, of.overall, of.over_models);
-  return text;
-}
-
 std::map<Method, double> PublishedSeconds(const std::string& csv, const std::string& name) {
   std::map<Method, double> seconds;
   if (csv.empty()) return seconds;
@@ -373,7 +351,6 @@ experiment::Report PartsReport(const experiment::Stamp& stamp,
       const auto means = MeansOf(setup, rows, metric, split);
       report.sections.push_back(MetricSection(setup, means, metric, split));
       const std::string name = std::string(base::Word(metric)) + (split ? "" : "_all_models");
-      report.files.emplace_back(name + ".csv", MeansCsv(setup, means, metric));
       AddFigures(setup, means, metric, name, report);
     }
   }

@@ -48,13 +48,8 @@ struct MethodMeans {
 std::vector<MethodMeans> MeansOf(const PartsSetup& setup, const std::vector<PartsRow>& rows,
                                  Metric metric, std::optional<Split> split);
 
-/// The means as CSV: a line for each class and method, then the overall means (figures 6.19-6.22),
-/// with the standard error and number over all models.
-std::string MeansCsv(const PartsSetup& setup, const std::vector<MethodMeans>& means, Metric metric);
-
 /// Both metrics by class and overall, without the tuning models and for all models; computation
-/// times next to published table 6.1; failures. Files: the rows, figures 6.19 to 6.22 as CSV and
-/// SVG.
+/// times next to published table 6.1; failures. Files: the rows, figures 6.19 to 6.22 as SVG.
 experiment::Report PartsReport(const experiment::Stamp& stamp,
                                const std::vector<experiment::Record>& records);
 

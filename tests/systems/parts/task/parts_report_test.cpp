@@ -154,10 +154,6 @@ TEST_F(PartsReportTest, AClassWithoutACutHasNoDiscrepancyAndDoesNotCountInTheMea
   EXPECT_FALSE(means[0].by_class[0].mean);
   EXPECT_NEAR(means[0].overall.mean.value(), 1.2, 1e-12);
   EXPECT_TRUE(means[1].by_class[0].mean);
-  EXPECT_EQ(MeansCsv(setup_, means, Metric::kCutDiscrepancy),
-            "class,method,cut_discrepancy,standard_error,models\ncup,mirror,,,0\n"
-            "cup,sdf,0.800000,0.200000,2\nbird,mirror,1.200000,,1\nbird,sdf,0.400000,,1\n"
-            "overall,mirror,1.200000,,1\noverall,sdf,0.600000,0.176383,3\n");
 }
 
 TEST_F(PartsReportTest, HasBothMetricsForBothSplitsAndTheTimes) {
@@ -216,7 +212,7 @@ TEST_F(PartsReportTest, TheFilesAreTheRowsAndFigures619To622) {
   const Report report = Make();
   for (const char* metric : {"rand_index", "cut_discrepancy"}) {
     for (const char* split : {"", "_all_models"}) {
-      for (const char* ending : {".csv", "_by_class.svg", "_overall.svg"}) {
+      for (const char* ending : {"_by_class.svg", "_overall.svg"}) {
         EXPECT_NE(FileOf(report, std::string(metric) + split + ending), "no such file");
       }
     }
