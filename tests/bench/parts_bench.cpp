@@ -40,7 +40,7 @@ parts::Shape ArmedCloud(std::size_t n) {
 // The time per point should not grow.
 void MirrorCloud(benchmark::State& state) {
   const parts::Shape cloud = ArmedCloud(static_cast<std::size_t>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(parts::SegmentByMirroring(cloud, {}));
+  for (auto _ : state) benchmark::DoNotOptimize(parts::SegmentByMirroring(cloud));
   state.counters["per_point"] = benchmark::Counter(
       static_cast<double>(state.range(0)),
       benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
@@ -87,7 +87,7 @@ void OverModels(benchmark::State& state, Method method) {
 
 void MirrorModels(benchmark::State& state) {
   OverModels(state, [](const parts::Shape& model) {
-    return parts::SegmentByMirroring(model, {.go_on_outside = true});
+    return parts::SegmentByMirroring(model, /*go_on_outside=*/true);
   });
 }
 BENCHMARK(MirrorModels)->Unit(benchmark::kSecond);

@@ -18,7 +18,7 @@ Segmentation SegmentBy(Method method, const Shape& input, const MethodOptions& o
   switch (method) {
     case Method::kMirror:
       if (options.pose_invariant) return SegmentPoseInvariant(shape);
-      return SegmentByMirroring(shape, {.go_on_outside = options.go_on_outside});
+      return SegmentByMirroring(shape, options.go_on_outside);
     case Method::kHierarchy: {
       HierarchyOptions hierarchy{.parts = options.clusters};
       hierarchy.cut_quality = options.cut_quality.value_or(hierarchy.cut_quality);

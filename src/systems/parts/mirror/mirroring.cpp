@@ -159,13 +159,13 @@ Eigen::Vector3d CenterOfGravity(const Shape& shape) {
   return origin + sum / area;
 }
 
-bool FindCenter(const Shape& shape, const MirrorOptions& options, Core& core) {
+bool FindCenter(const Shape& shape, bool go_on_outside, Core& core) {
   core.center = SmallestEnclosingSphere(shape.points).center;
   if (IsInside(shape, core.center)) return true;
   const Eigen::Vector3d other = CenterOfGravity(shape);
   core.used_centroid = core.center_inside = IsInside(shape, other);
   if (core.used_centroid) core.center = other;
-  return core.center_inside || options.go_on_outside;
+  return core.center_inside || go_on_outside;
 }
 
 // ---- section 6.2.2: what is outside of the core ----
@@ -244,8 +244,8 @@ Labels FillCloud(const Shape& cloud, const std::vector<bool>& in_core) {
   return label;
 }
 
-Segmentation Mirror(const Shape& shape, const MirrorOptions& options) {
-  const auto core = ExtractCore(shape, options);
+Segmentation Mirror(const Shape& shape, bool go_on_outside) {
+  const auto core = ExtractCore(shape, go_on_outside);
   if (!core) {
     throw base::InputError(
         "neither the centre of the smallest enclosing sphere nor the centre of gravity is inside "
@@ -285,9 +285,9 @@ bool IsInside(const Shape& shape, const Eigen::Vector3d& p) {
   return shape.IsMesh() ? IsInsideMesh(shape, p) : IsInsideCloud(shape.points, p);
 }
 
-std::optional<Core> ExtractCore(const Shape& shape, const MirrorOptions& options) {
+std::optional<Core> ExtractCore(const Shape& shape, bool go_on_outside) {
   Core core;
-  if (!FindCenter(shape, options, core)) return std::nullopt;
+  if (!FindCenter(shape, go_on_outside, core)) return std::nullopt;
   const Sphere sphere = SphereRound(core.center, shape.points);
   const Points images = MirrorOut(shape.points, sphere);
   core.hull_points = HullPoints(images, core.center);
@@ -310,10 +310,10 @@ std::optional<Core> ExtractCore(const Shape& shape, const MirrorOptions& options
   return core;
 }
 
-Segmentation SegmentByMirroring(const Shape& shape, const MirrorOptions& options) {
+Segmentation SegmentByMirroring(const Shape& shape, bool go_on_outside) {
   const auto calm = shape.IsMesh() ? std::nullopt : Calmed(shape.points);
-  if (!calm) return Mirror(shape, options);
-  Segmentation found = Mirror(*calm, options);
+  if (!calm) return Mirror(shape, go_on_outside);
+  Segmentation found = Mirror(*calm, go_on_outside);
   found.label = LabelsOfNearest(shape.points, calm->points, found.label);
   return found;
 }

@@ -11,11 +11,6 @@ namespace rangegrasp::parts {
 /// mesh. Cloud: points lie in at least half of all directions from it.
 bool IsInside(const Shape& shape, const Eigen::Vector3d& p);
 
-struct MirrorOptions {
-  /// Segment even if no center inside was found (as in the chapter's evaluation).
-  bool go_on_outside = false;
-};
-
 /// The core: elements inside the inner hull (eq. 6.2-6.6). A face is inside if all of its vertices
 /// are inside.
 struct Core {
@@ -27,7 +22,7 @@ struct Core {
 };
 /// The center is that of the smallest enclosing sphere, or else the center of gravity. nullopt if
 /// neither is inside and `go_on_outside` is not set.
-std::optional<Core> ExtractCore(const Shape& shape, const MirrorOptions& options);
+std::optional<Core> ExtractCore(const Shape& shape, bool go_on_outside = false);
 
 /// The chapter's method (section 6.2): the core, then the rest by face connectivity or, for a
 /// cloud, by flood filling (distance d_a, eq. 6.8); parts from 1 by decreasing size. Invariant
@@ -36,7 +31,8 @@ std::optional<Core> ExtractCore(const Shape& shape, const MirrorOptions& options
 /// all points would be farther. Points among each other's eight nearest also belong together, since
 /// scans have uneven density. Pieces of up to eight points go to the nearest part. For a noisy
 /// cloud PointsOfSurface is segmented, because noise would affect eq. 6.4 and 6.8.
+/// @param go_on_outside  segment even if no center inside was found (as in the chapter's evaluation)
 /// @throws base::InputError if no center inside can be found and `go_on_outside` is not set.
-Segmentation SegmentByMirroring(const Shape& shape, const MirrorOptions& options);
+Segmentation SegmentByMirroring(const Shape& shape, bool go_on_outside = false);
 
 }  // namespace rangegrasp::parts

@@ -282,7 +282,7 @@ PoseInvariantForm PoseInvariant(const Shape& shape, int landmarks) {
 Segmentation SegmentPoseInvariant(const Shape& shape) {
   const PoseInvariantForm form = PoseInvariant(shape);
   // An embedding intersects itself, so that a center outside of it says nothing about the shape.
-  const Segmentation segmentation = SegmentByMirroring(form.shape, {.go_on_outside = true});
+  const Segmentation segmentation = SegmentByMirroring(form.shape, /*go_on_outside=*/true);
   return segmentation.has_core ? GrowCore(shape, form, segmentation) : segmentation;
 }
 

@@ -255,7 +255,7 @@ Shape ArmedCloud(std::size_t n, std::uint64_t seed) {
 
 TEST(SegmentByMirroring, TakesTheArmsOffABall) {
   const Shape shape = samples::Ball(40, Armed);
-  const Segmentation parts = SegmentByMirroring(shape, {});
+  const Segmentation parts = SegmentByMirroring(shape);
   EXPECT_TRUE(parts.has_core);
   EXPECT_EQ(parts.parts, 5);
   for (std::size_t f = 0; f < shape.faces.size(); ++f) {
@@ -272,7 +272,7 @@ TEST(SegmentByMirroring, TakesTheArmsOffABall) {
 TEST(SegmentByMirroring, TakesTheArmsOffACloud) {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     const Shape cloud = ArmedCloud(6000, seed);
-    const Segmentation parts = SegmentByMirroring(cloud, {});
+    const Segmentation parts = SegmentByMirroring(cloud);
     ASSERT_EQ(parts.label.size(), cloud.points.size());
     EXPECT_EQ(parts.parts, 5) << seed;
     // The outer half of each arm has one label, which differs from those of the other arms.
@@ -294,7 +294,7 @@ TEST(SegmentByMirroring, TakesTheArmsOffADenseAndNoisyCloud) {
   for (Eigen::Vector3d& p : cloud.points) {
     for (double& x : p) x += 0.015 * rng.Normal();  // 0.3 % of the size
   }
-  const Segmentation parts = SegmentByMirroring(cloud, {});
+  const Segmentation parts = SegmentByMirroring(cloud);
   std::set<std::int32_t> arms;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     if (cloud.points[i].norm() > 1.8) arms.insert(parts.label[i]);
@@ -310,7 +310,7 @@ TEST(SegmentByMirroring, TakesTheArmsOffADenseAndNoisyCloud) {
 TEST(SegmentByMirroring, TheCoreHasNoHoles) {
   // All points of the sphere far from an arm are core, not only those on the outer hull.
   const Shape cloud = ArmedCloud(6000, 9);
-  const auto core = ExtractCore(cloud, {});
+  const auto core = ExtractCore(cloud);
   ASSERT_TRUE(core);
   std::size_t holes = 0;
   std::size_t ball = 0;
@@ -327,7 +327,7 @@ TEST(SegmentByMirroring, TheCoreHasNoHoles) {
 TEST(SegmentByMirroring, IsInvariantUnderRotationTranslationAndScale) {
   for (const bool mesh : {true, false}) {
     const Shape shape = mesh ? samples::Ball(20, Armed) : ArmedCloud(3000, 4);
-    const auto labels = SegmentByMirroring(shape, {}).label;
+    const auto labels = SegmentByMirroring(shape).label;
     for (std::uint64_t seed = 0; seed < 12; ++seed) {
       Rng rng(seed);
       const Eigen::AngleAxisd turn(rng.Uniform(0.0, 3.0), RandomDirection(rng));
@@ -335,7 +335,7 @@ TEST(SegmentByMirroring, IsInvariantUnderRotationTranslationAndScale) {
       const Eigen::Vector3d shift = scale * rng.Uniform(0.0, 5.0) * RandomDirection(rng);
       Shape moved = shape;
       for (auto& p : moved.points) p = scale * (turn * p) + shift;
-      const auto other = SegmentByMirroring(moved, {}).label;
+      const auto other = SegmentByMirroring(moved).label;
       // A point exactly on the hull's surface may be on either side by rounding.
       std::size_t differ = 0;
       for (std::size_t i = 0; i < labels.size(); ++i) differ += labels[i] == other[i] ? 0 : 1;
@@ -345,7 +345,7 @@ TEST(SegmentByMirroring, IsInvariantUnderRotationTranslationAndScale) {
 }
 
 TEST(SegmentByMirroring, ItsLabelsAreDenseAndFallBySize) {
-  const Segmentation parts = SegmentByMirroring(ArmedCloud(5000, 2), {});
+  const Segmentation parts = SegmentByMirroring(ArmedCloud(5000, 2));
   std::vector<std::size_t> count(static_cast<std::size_t>(parts.parts), 0);
   for (const std::int32_t l : parts.label) ++count.at(static_cast<std::size_t>(l));
   EXPECT_TRUE(std::is_sorted(count.begin() + 1, count.end(), std::greater<>()));
@@ -359,12 +359,12 @@ TEST(SegmentByMirroring, StopsWhereNoCenterIsInsideUnlessToldToGoOn) {
     return Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
   };
   const Shape shape = samples::Tube(60, 12, bow, [](double) { return 0.15; });
-  EXPECT_FALSE(ExtractCore(shape, {}));
-  const std::string error = testing_support::ErrorOf([&] { SegmentByMirroring(shape, {}); });
+  EXPECT_FALSE(ExtractCore(shape));
+  const std::string error = testing_support::ErrorOf([&] { SegmentByMirroring(shape); });
   for (const char* cure : {"--go-on-outside", "--method hierarchy", "rangegrasp perceive CLOUD"}) {
     EXPECT_THAT(error, testing::HasSubstr(cure));
   }
-  const Segmentation parts = SegmentByMirroring(shape, {.go_on_outside = true});
+  const Segmentation parts = SegmentByMirroring(shape, /*go_on_outside=*/true);
   EXPECT_EQ(parts.label.size(), shape.faces.size());
   EXPECT_NE(parts.note, "");
 }
@@ -378,11 +378,11 @@ TEST(SegmentByMirroring, FallsBackToTheCenterOfGravity) {
   const Shape shape = samples::Tube(200, 16, bent, [](double t) {
     return t < 0.2 ? 0.1 + 1.5 * std::sqrt(t * (0.2 - t)) * 5.0 : 0.05;
   });
-  const auto core = ExtractCore(shape, {});
+  const auto core = ExtractCore(shape);
   ASSERT_TRUE(core);
   EXPECT_TRUE(core->used_centroid);
   EXPECT_TRUE(core->center_inside);
-  EXPECT_NE(SegmentByMirroring(shape, {}).note, "");
+  EXPECT_NE(SegmentByMirroring(shape).note, "");
 }
 
 TEST(SegmentByMirroring, SeveralPiecesAndOpenMeshesHaveResults) {
@@ -392,12 +392,12 @@ TEST(SegmentByMirroring, SeveralPiecesAndOpenMeshesHaveResults) {
   for (const auto& p : other.points) two.points.push_back(p + Eigen::Vector3d(1.6, 0, 0));
   for (const auto& f : other.faces)
     two.faces.push_back({f[0] + offset, f[1] + offset, f[2] + offset});
-  const Segmentation parts = SegmentByMirroring(two, {});
+  const Segmentation parts = SegmentByMirroring(two);
   EXPECT_EQ(parts.label.size(), two.faces.size());
   EXPECT_GE(parts.parts, 2);
   Shape open = samples::Ball(10, Armed);
   open.faces.resize(open.faces.size() * 9 / 10);
-  EXPECT_NO_THROW(SegmentByMirroring(open, {.go_on_outside = true}));
+  EXPECT_NO_THROW(SegmentByMirroring(open, /*go_on_outside=*/true));
 }
 
 }  // namespace

@@ -347,8 +347,7 @@ void ExpectLabels(const Shape& shape, const Segmentation& parts) {
 }
 
 void ExpectEveryMethodToAnswer(const Shape& shape) {
-  const MirrorOptions go_on{.go_on_outside = true};
-  ExpectLabels(shape, SegmentByMirroring(shape, go_on));
+  ExpectLabels(shape, SegmentByMirroring(shape, /*go_on_outside=*/true));
   ExpectLabels(shape, SegmentPoseInvariant(shape));
   if (!shape.IsMesh()) return;
   ExpectLabels(shape, SegmentHierarchy(shape, {}));
@@ -404,7 +403,7 @@ TEST(Robustness, AThousandDamagedFilesGiveAResultOrAnErrorThatNamesThem) {
         ++refused;
         continue;
       }
-      const Segmentation parts = SegmentByMirroring(shape, {.go_on_outside = true});
+      const Segmentation parts = SegmentByMirroring(shape, /*go_on_outside=*/true);
       ExpectLabels(shape, parts);
       ++segmented;
       if (!shape.IsMesh() || seed % 5 != 0) continue;
