@@ -73,70 +73,42 @@ std::uint64_t NameOf(Cell c) {
   return z ^ (z >> 31);
 }
 
-/// Visits the cells piece by piece; a piece is connected and on one side.
-/// @param of_cell  the piece of each cell
-/// @param enter    enter(c) for the cells of a piece, one after the other
-/// @param cross    cross(c, k) across the border, k as in Cells::border
-/// @return the number of pieces
-template <class Enter, class Cross>
-std::int32_t VisitPieces(const Cells& part, const Sides& side, Labels& of_cell, const Enter& enter,
-                         const Cross& cross) {
+/// The connected pieces on both sides.
+/// @param of_cell  output, the piece of each cell
+std::vector<SidePiece> SidePiecesOf(const Cells& part, const Sides& side, Labels& of_cell) {
   of_cell.assign(part.size(), -1);
-  std::int32_t pieces = 0;
+  std::vector<SidePiece> pieces;
   Indices front;
   for (Cell first = 0; first < part.size(); ++first) {
     if (of_cell[first] >= 0) continue;
-    of_cell[first] = pieces;
+    const auto number = static_cast<std::int32_t>(pieces.size());
+    SidePiece& piece = pieces.emplace_back();
+    of_cell[first] = number;
     front.push_back(first);
     while (!front.empty()) {
       const Cell c = front.back();
       front.pop_back();
-      enter(c);
+      piece.sums.Add(part, c);
+      piece.name += NameOf(c);
       for (std::uint32_t k = part.begin[c]; k < part.begin[c + 1]; ++k) {
         const Cell next = part.neighbor[k];
         if (side[next] != side[c]) {
-          cross(c, k);
+          piece.cost += part.border[k].cost;
+          piece.length += part.border[k].length;
         } else if (of_cell[next] < 0) {
-          of_cell[next] = pieces;
+          of_cell[next] = number;
           front.push_back(next);
         }
       }
     }
-    ++pieces;
   }
-  return pieces;
-}
-
-std::int32_t CountPieces(const Cells& part, const Sides& side, Labels& of_cell) {
-  return VisitPieces(
-      part, side, of_cell, [](Cell) {}, [](Cell, std::uint32_t) {});
-}
-
-std::vector<SidePiece> SidePiecesOf(const Cells& part, const Sides& candidate, Labels& of_cell) {
-  std::vector<SidePiece> pieces;
-  const auto own = [&](Cell c) -> SidePiece& {
-    if (std::ssize(pieces) <= of_cell[c]) pieces.emplace_back();
-    return pieces[of_cell[c]];
-  };
-  VisitPieces(
-      part, candidate, of_cell,
-      [&](Cell c) {
-        SidePiece& piece = own(c);
-        piece.sums.Add(part, c);
-        piece.name += NameOf(c);
-      },
-      [&](Cell c, std::uint32_t k) {
-        SidePiece& piece = own(c);
-        piece.cost += part.border[k].cost;
-        piece.length += part.border[k].length;
-      });
   return pieces;
 }
 
 /// One of the pieces of a candidate as a side.
 Sides SideOf(const Cells& part, const Sides& candidate, std::int32_t piece) {
   Labels of_cell;
-  CountPieces(part, candidate, of_cell);
+  SidePiecesOf(part, candidate, of_cell);
   Sides off(part.size());
   for (Cell c = 0; c < part.size(); ++c) off[c] = of_cell[c] == piece;
   return off;
@@ -185,17 +157,13 @@ class Pairs {
 
   /// @param farthest  distance from which pairs belong to the last bin
   Pairs(const Cells& part, double farthest)
-      : part_(part), squares_(kFarBins * kFarBins / (farthest * farthest)) {
-    for (std::size_t k = 0; k < bin_of_square_.size(); ++k) {
-      bin_of_square_[k] = static_cast<std::uint8_t>(std::sqrt(static_cast<double>(k)));
-    }
-  }
+      : part_(part), squares_(kFarBins * kFarBins / (farthest * farthest)) {}
 
   void Add(Cell a, std::span<const Cell> others) {
     for (const Cell b : others) {
       names_.emplace_back(part_.name[a], part_.name[b]);
       const double squares = squares_ * (part_.center[a] - part_.center[b]).squaredNorm();
-      bins_.push_back(bin_of_square_[static_cast<std::size_t>(std::min(squares, kLast))]);
+      bins_.push_back(static_cast<std::uint8_t>(std::sqrt(std::floor(std::min(squares, kLast)))));
       ++counts_[bins_.back()];
     }
   }
@@ -212,7 +180,6 @@ class Pairs {
   static constexpr double kLast = kFarBins * kFarBins - 1;
   const Cells& part_;
   double squares_;
-  std::array<std::uint8_t, kFarBins * kFarBins> bin_of_square_;
   std::vector<Sight::Pair> names_;
   std::vector<std::uint8_t> bins_, sees_;
   Counts counts_{};
@@ -375,14 +342,14 @@ void MoveBorder(const FaceGraph& faces, const FaceFrames& frames, const std::vec
 
 std::vector<Indices> ConnectedSets(const Cells& cells, const Sides& side) {
   Labels of_cell;
-  std::vector<Indices> sets(CountPieces(cells, side, of_cell));
+  std::vector<Indices> sets(SidePiecesOf(cells, side, of_cell).size());
   for (Cell c = 0; c < cells.size(); ++c) sets[of_cell[c]].push_back(c);
   return sets;
 }
 
 double HandleLoops(const Cells& part, const Sides& off) {
   Labels of_cell;
-  if (CountPieces(part, off, of_cell) != 2) return 1.0;
+  if (SidePiecesOf(part, off, of_cell).size() != 2) return 1.0;
   const Sides border = BorderOf(part, off);
   // Consecutive cells along a border need not share an edge; with those that touch them, they do.
   Sides wide = border;
@@ -390,7 +357,7 @@ double HandleLoops(const Cells& part, const Sides& off) {
     if (!border[c]) continue;
     for (const Cell next : part.NeighborsOf(c)) wide[next] = 1;
   }
-  std::vector<bool> loop(CountPieces(part, wide, of_cell), true);
+  std::vector<bool> loop(SidePiecesOf(part, wide, of_cell).size(), true);
   for (Cell c = 0; c < part.size(); ++c) {
     // A border that ends at cells outside of the part is not closed.
     if (!wide[c] || part.on_edge[c]) loop[of_cell[c]] = false;
