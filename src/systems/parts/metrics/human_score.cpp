@@ -132,11 +132,9 @@ HumanModel ReadHumanModel(const std::filesystem::path& folder, int id) {
   geometry::PolygonMesh input = ReadPolygons(file);
   Shape shape = ShapeOf(input, file);
   if (!shape.IsMesh()) throw base::InputError(file.string() + ": has no faces; a mesh is needed");
-  CutMeasure cuts(shape);
-  HumanModel model{std::move(input), std::move(shape), std::move(cuts), {}, {}};
+  HumanModel model{std::move(input), std::move(shape), {}};
   for (const auto& human : HumanFiles(folder, id)) {
-    model.humans.push_back(LabelsOfTriangles(model.input, ReadLabels(human, model.input.polygons)));
-    model.humans_of_shape.push_back(OfShape(model.shape, model.humans.back()));
+    model.humans.push_back(ValuesAt(ReadLabels(human, model.input.polygons), model.input.polygon));
   }
   if (model.humans.empty()) {
     throw base::InputError(fmt::format("{}: contains no human segmentation {}_<k>.seg of the model",
@@ -164,12 +162,13 @@ int MeanHumanSegments(const std::filesystem::path& folder, std::span<const int> 
 
 HumanScore ScoreAgainstHumans(const HumanModel& model, const Segmentation& found) {
   const Labels labels = LabelsOfInput(model.shape, model.input.mesh, found);
+  const CutMeasure cuts(model.shape);
   HumanScore score;
   double discrepancy = 0.0;
   int defined = 0;
-  for (std::size_t h = 0; h < model.humans.size(); ++h) {
-    score.rand_error += RandError(labels, model.humans[h]);
-    const auto one = model.cuts.Discrepancy(found.label, model.humans_of_shape[h]);
+  for (const Labels& human : model.humans) {
+    score.rand_error += RandError(labels, human);
+    const auto one = cuts.Discrepancy(found.label, OfShape(model.shape, human));
     discrepancy += one.value_or(0.0);
     defined += one ? 1 : 0;
   }

@@ -41,9 +41,7 @@ class CutMeasure {
 struct HumanModel {
   geometry::PolygonMesh input;
   Shape shape;
-  CutMeasure cuts;
-  std::vector<Labels> humans;           ///< labels of the input's triangles
-  std::vector<Labels> humans_of_shape;  ///< labels of the shape's faces
+  std::vector<Labels> humans;  ///< labels of the input's triangles
 };
 
 std::filesystem::path ModelFile(const std::filesystem::path& folder, int id);

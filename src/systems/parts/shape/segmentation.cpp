@@ -99,11 +99,6 @@ Labels LabelsOfPolygons(const geometry::PolygonMesh& input,
   return LargestLabels(input.polygons, input.polygon, triangles, areas);
 }
 
-Labels LabelsOfTriangles(const geometry::PolygonMesh& input,
-                         std::span<const std::int32_t> polygons) {
-  return ValuesAt(polygons, input.polygon);
-}
-
 Labels RankLabels(Indices labels, const std::vector<double>& weight) {
   std::ranges::stable_sort(labels, std::greater<>(), [&](std::uint32_t l) { return weight[l]; });
   Labels number(weight.size(), -1);

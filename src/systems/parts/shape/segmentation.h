@@ -36,9 +36,6 @@ Labels LargestLabels(std::size_t count, const Indices& group, std::span<const st
 /// the lower one; -1 for a polygon without triangles. Labels of a cloud are returned unchanged.
 Labels LabelsOfPolygons(const geometry::PolygonMesh& input,
                         std::span<const std::int32_t> triangles);
-/// The inverse of LabelsOfPolygons.
-Labels LabelsOfTriangles(const geometry::PolygonMesh& input,
-                         std::span<const std::int32_t> polygons);
 
 /// Numbers some labels from 0 by decreasing weight, on ties in the given order; others get -1.
 Labels RankLabels(Indices labels, const std::vector<double>& weight);

@@ -189,7 +189,7 @@ void WriteParts(const std::filesystem::path& base, const geometry::PolygonMesh& 
   const auto named = [&](const char* ending) { return base.string() + ending; };
   const auto polygons = LabelsOfPolygons(input, triangles);
   WriteLabels(named(".seg"), polygons);
-  const auto labels = input.polygons > 0 ? LabelsOfTriangles(input, polygons) : polygons;
+  const auto labels = input.polygons > 0 ? ValuesAt(polygons, input.polygon) : polygons;
   WriteColoredShape(named(".ply"), input.mesh, labels);
   image::WritePng(named(".png"),
                   draw::Render(DrawLabels(input.mesh, labels), LookAtShape(input.mesh.vertices),

@@ -337,8 +337,11 @@ experiment::Report PartsReport(const experiment::Stamp& stamp,
   std::erase_if(rows, [](const PartsRow& row) { return row.cloud.has_value(); });
   // Without the tuning models, and also all models if there are tuning models.
   std::vector<std::optional<Split>> splits;
-  if (setup.HasModels(Split::kReport)) splits.emplace_back(Split::kReport);
-  if (setup.HasModels(Split::kTune)) splits.emplace_back(std::nullopt);
+  const auto has_models = [&](std::vector<int> ModelClass::*ids) {
+    return std::ranges::any_of(setup.classes, [&](const auto& one) { return !(one.*ids).empty(); });
+  };
+  if (has_models(&ModelClass::report)) splits.emplace_back(Split::kReport);
+  if (has_models(&ModelClass::tune)) splits.emplace_back(std::nullopt);
 
   experiment::Report report;
   for (const auto split : splits) report.sections.push_back(SummarySection(setup, rows, split));

@@ -211,12 +211,6 @@ std::string HashOfModels(const PartsSetup& setup) {
 
 }  // namespace
 
-bool PartsSetup::HasModels(Split split) const {
-  return std::ranges::any_of(classes, [&](const ModelClass& one) {
-    return !(split == Split::kTune ? one.tune : one.report).empty();
-  });
-}
-
 PartsSetup ReadPartsSetup(YamlMap& map) {
   PartsSetup setup;
   const Keys keys = ReadKeys(map, setup);

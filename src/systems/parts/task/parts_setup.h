@@ -40,8 +40,6 @@ struct PartsSetup {
   std::vector<Method> methods;
   std::vector<CloudGrade> clouds;
   std::string published;  ///< text of table 6.1; or empty
-
-  bool HasModels(Split split) const;
 };
 
 /// Reads all keys of this kind of experiment.

@@ -122,7 +122,6 @@ TEST(PolygonLabels, StandOneALineOfTheFile) {
                    "4 0 1 2 3\n4 4 5 6 7\n3 0 1 4\n2 0 1\n"));
   ASSERT_EQ(input.polygon, (std::vector<std::uint32_t>{0, 0, 1, 1, 2}));
   EXPECT_EQ(LabelsOfPolygons(input, Labels{5, 5, 1, 2, 3}), (Labels{5, 2, 3, -1}));
-  EXPECT_EQ(LabelsOfTriangles(input, Labels{5, 2, 3, -1}), (Labels{5, 5, 2, 2, 3}));
 }
 
 TEST(PolygonLabels, OfACloudAreThoseOfItsPoints) {
@@ -144,8 +143,7 @@ TEST(ShapePicture, ShowsFacesInTheColoursOfTheirLabels) {
   const auto mesh = samples::Tetrahedron();
   for (const int label : {0, 1}) {
     const std::vector<std::int32_t> labels(4, label);
-    const auto image =
-        draw::Render(DrawLabels(mesh, labels), LookAtShape(mesh.vertices), 160, 120);
+    const auto image = draw::Render(DrawLabels(mesh, labels), LookAtShape(mesh.vertices), 160, 120);
     const auto [red, blue] = Count(image);
     EXPECT_GT(label == 0 ? red : blue, 500);
     EXPECT_EQ(label == 0 ? blue : red, 0);
