@@ -79,7 +79,8 @@ Points Farthest(const Points& images, const Eigen::Vector3d& center) {
   return farthest;
 }
 
-// The hull's corners are among the images that are not well inside the hull of some of them.
+// The points whose images are corners of the outer hull, ascending. These are among the images that
+// are not well inside the hull of some of them.
 Indices HullPoints(const Points& images, const Eigen::Vector3d& center) {
   const HullSide within(geometry::ConvexHull(Farthest(images, center)), center);
   HullSide::Hint hint;
@@ -171,11 +172,13 @@ bool FindCenter(const Shape& shape, bool go_on_outside, Core& core) {
 // ---- section 6.2.2: what is outside of the core ----
 
 Labels FillMesh(const Shape& mesh, const std::vector<bool>& point_in_core) {
-  std::vector<bool> in_core;
+  std::vector<bool> rest;
   for (const Face& face : mesh.faces) {
-    in_core.push_back(std::ranges::all_of(face, [&](std::uint32_t v) { return point_in_core[v]; }));
+    rest.push_back(!std::ranges::all_of(face, [&](std::uint32_t v) { return point_in_core[v]; }));
   }
-  return LabelOutside(BuildFaceGraph(mesh), in_core);  // faces that share an edge
+  Labels label = ConnectedPieces(BuildFaceGraph(mesh), rest, AnyNeighbors).label;
+  for (std::int32_t& l : label) ++l;  // 0 is the core
+  return label;
 }
 
 // Pieces with no more points than a neighborhood are crumbs. Each of their points goes to the part
@@ -290,12 +293,12 @@ std::optional<Core> ExtractCore(const Shape& shape, bool go_on_outside) {
   if (!FindCenter(shape, go_on_outside, core)) return std::nullopt;
   const Sphere sphere = SphereRound(core.center, shape.points);
   const Points images = MirrorOut(shape.points, sphere);
-  core.hull_points = HullPoints(images, core.center);
-  const auto offsets = shape.IsMesh() ? MeshOffsets(shape, core.hull_points, core.center)
-                                      : CloudOffsets(shape, core.hull_points, core.center);
+  const Indices hull_points = HullPoints(images, core.center);
+  const auto offsets = shape.IsMesh() ? MeshOffsets(shape, hull_points, core.center)
+                                      : CloudOffsets(shape, hull_points, core.center);
   Points back;
-  for (std::size_t k = 0; k < core.hull_points.size(); ++k) {
-    back.push_back(MirrorIn(images[core.hull_points[k]], sphere, offsets[k]));
+  for (std::size_t k = 0; k < hull_points.size(); ++k) {
+    back.push_back(MirrorIn(images[hull_points[k]], sphere, offsets[k]));
   }
   core.inside.assign(shape.points.size(), false);
   // Eq. 6.6. The order of the points affects the time, but not the hull.
@@ -306,7 +309,7 @@ std::optional<Core> ExtractCore(const Shape& shape, bool go_on_outside) {
     core.inside[i] = inner.Contains(shape.points[i], hint);
   }
   // Their own images span the hull, regardless of rounding (if it is flat, only they are inside).
-  for (const std::uint32_t i : core.hull_points) core.inside[i] = true;
+  for (const std::uint32_t i : hull_points) core.inside[i] = true;
   return core;
 }
 

@@ -17,7 +17,6 @@ struct Core {
   Eigen::Vector3d center;
   bool center_inside = true;
   bool used_centroid = false;  ///< the smallest sphere's center was outside the shape
-  Indices hull_points;         ///< points whose images lie on the outer hull, ascending
   std::vector<bool> inside;    ///< one per point
 };
 /// The center is that of the smallest enclosing sphere, or else the center of gravity. nullopt if
@@ -31,7 +30,8 @@ std::optional<Core> ExtractCore(const Shape& shape, bool go_on_outside = false);
 /// all points would be farther. Points among each other's eight nearest also belong together, since
 /// scans have uneven density. Pieces of up to eight points go to the nearest part. For a noisy
 /// cloud PointsOfSurface is segmented, because noise would affect eq. 6.4 and 6.8.
-/// @param go_on_outside  segment even if no center inside was found (as in the chapter's evaluation)
+/// @param go_on_outside  segment even if no center inside was found (as in the chapter's
+/// evaluation)
 /// @throws base::InputError if no center inside can be found and `go_on_outside` is not set.
 Segmentation SegmentByMirroring(const Shape& shape, bool go_on_outside = false);
 

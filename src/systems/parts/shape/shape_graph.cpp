@@ -155,14 +155,6 @@ VertexGraph GraphOfLinks(std::size_t vertices, std::vector<VertexLink> links) {
   return graph;
 }
 
-Labels LabelOutside(const FaceGraph& faces, const std::vector<bool>& core) {
-  std::vector<bool> rest = core;
-  rest.flip();
-  Labels label = ConnectedPieces(faces, rest, AnyNeighbors).label;
-  for (std::int32_t& l : label) ++l;
-  return label;
-}
-
 void GrowSeeds(const FaceGraph& graph, const std::vector<double>& costs, const Indices& seeds,
                std::size_t first, NearestSeeds& nearest) {
   auto& [distance, seed] = nearest;

@@ -80,9 +80,6 @@ Pieces ConnectedPieces(const Graph& graph, Joined joined) {
 }
 inline bool AnyNeighbors(std::uint32_t, std::uint32_t) { return true; }
 
-/// Labels the core 0, and the connected pieces of the other faces from 1 by decreasing size.
-Labels LabelOutside(const FaceGraph& faces, const std::vector<bool>& core);
-
 /// The seed that is nearest to each face along a graph with link costs.
 struct NearestSeeds {
   std::vector<double> distance;  ///< infinite if no seed reaches the face

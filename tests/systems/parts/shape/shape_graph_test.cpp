@@ -68,19 +68,5 @@ TEST_P(SeededPieces, AreWhatNeighborsReachFallingBySize) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, SeededPieces, ::testing::Range<std::uint64_t>(1, 51));
 
-// A row of seven faces. The third one is the core.
-TEST(LabelOutside, TheCoreIsNoughtAndWhatItPartsFallsBySize) {
-  FaceGraph row;
-  row.begin.push_back(0);
-  for (std::uint32_t f = 0; f < 7; ++f) {
-    if (f > 0) row.neighbor.push_back(f - 1);
-    if (f < 6) row.neighbor.push_back(f + 1);
-    row.begin.push_back(static_cast<std::uint32_t>(row.neighbor.size()));
-  }
-  std::vector<bool> core(7, false);
-  core[2] = true;
-  EXPECT_EQ(LabelOutside(row, core), (Labels{2, 2, 0, 1, 1, 1, 1}));
-}
-
 }  // namespace
 }  // namespace rangegrasp::parts
