@@ -1,5 +1,5 @@
 # Installation rules for `cmake --install` and cpack. There are two components:
-#   Runtime      the program, libmujoco, data, manual page, completion, licences
+#   Runtime      the program, libmujoco, data, completion, licences
 #   Development  static libraries, public headers and CMake files of every module
 # No file contains the prefix, so the installed tree can be moved.
 include(CMakePackageConfigHelpers)
@@ -27,9 +27,7 @@ endif()
 # base/installation.h finds these folders; experiments refer to scenes and models by relative paths.
 install(DIRECTORY models scenes experiments examples DESTINATION share/rangegrasp COMPONENT Runtime)
 
-set(program_folder "${PROJECT_BINARY_DIR}/src")
-install(FILES "${program_folder}/rangegrasp.1.gz" DESTINATION share/man/man1 COMPONENT Runtime)
-install(FILES "${program_folder}/rangegrasp.bash" DESTINATION share/bash-completion/completions RENAME rangegrasp
+install(FILES "${PROJECT_BINARY_DIR}/src/rangegrasp.bash" DESTINATION share/bash-completion/completions RENAME rangegrasp
   COMPONENT Runtime)
 
 file(ARCHIVE_CREATE OUTPUT "${PROJECT_BINARY_DIR}/changelog.gz" PATHS "${PROJECT_SOURCE_DIR}/packaging/changelog"

@@ -24,7 +24,7 @@ void AddCommand(CommandAdder adder);
 
 void AddResultsCommands(CLI::App& app);  ///< table, trial, compare, merge
 void AddRunCommand(CLI::App& app);       ///< run
-void AddShellCommands(CLI::App& app);    ///< completion, man
+void AddShellCommands(CLI::App& app);    ///< completion
 void AddSlurmCommands(CLI::App& app);    ///< submit, status
 
 /// A line of a listing.

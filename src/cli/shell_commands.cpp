@@ -40,9 +40,6 @@ std::vector<std::string> FlagsOf(const CLI::Option& option) {
   return flags;
 }
 
-// The name of a positional argument.
-std::string NameOf(const CLI::Option& option) { return option.get_name(/*positional=*/true); }
-
 // The placeholder after an option, e.g. "TEXT"; empty for a flag.
 std::string ValueOf(const CLI::Option& option) {
   return option.get_items_expected_max() > 0 ? option.get_type_name() : "";
@@ -56,99 +53,6 @@ std::vector<std::string> ChoicesOf(const CLI::Option& option) {
   const auto end = type.find('}');
   if (begin == std::string::npos || end == std::string::npos) return {};
   return base::Split(type.substr(begin + 1, end - begin - 1), ',');
-}
-
-constexpr const char* kFiles = R"(.SH ENVIRONMENT
-.TP
-.B RANGEGRASP_DATA
-Folder with models/, scenes/ and experiments/, instead of the installed one.
-.SH FILES
-.TP
-.I PREFIX/share/rangegrasp/experiments
-Experiments that can be given without a folder.
-.TP
-.I PREFIX/share/rangegrasp/models, PREFIX/share/rangegrasp/scenes
-Models and scenes of these experiments.
-)";
-
-// Escapes text: no line may begin like a request, and dashes can be copied.
-std::string Escaped(const std::string& text) {
-  std::string escaped;
-  bool at_begin = true;
-  for (const char c : text) {
-    if (at_begin && (c == '.' || c == '\'')) escaped += "\\&";
-    if (c == '\\' || c == '-') escaped += '\\';
-    escaped += c == '\\' ? 'e' : c;  // a backslash is \e
-    at_begin = c == '\n';
-  }
-  return escaped;
-}
-
-std::string Bold(const std::string& text) { return "\\fB" + Escaped(text) + "\\fR"; }
-
-std::string Italic(const std::string& text) { return "\\fI" + Escaped(text) + "\\fR"; }
-
-// Heading of an option: "-o, --out FILE", "--format csv|json" or "experiment".
-std::string Heading(const CLI::Option& option) {
-  std::vector<std::string> names;
-  for (const std::string& flag : FlagsOf(option)) names.push_back(Bold(flag));
-  const bool is_positional = names.empty();
-  if (is_positional) names.push_back(Italic(NameOf(option)));
-  const auto choices = ChoicesOf(option);
-  const std::string value = ValueOf(option);
-  if (!choices.empty()) return base::Join(names) + " " + Escaped(base::Join(choices, "|"));
-  return base::Join(names) + (value.empty() || is_positional ? "" : " " + Italic(value));
-}
-
-std::string OptionList(const CLI::App& command) {
-  std::string text;
-  for (const CLI::Option* option : command.get_options(kIsShown)) {
-    const std::string otherwise = option->get_default_str();
-    text += ".TP\n" + Heading(*option) + "\n" + Escaped(option->get_description());
-    if (!otherwise.empty()) text += " (default: " + Escaped(otherwise) + ")";
-    text += "\n";
-  }
-  return text;
-}
-
-// The footer with its lines unchanged.
-std::string Footer(const CLI::App& command) {
-  const std::string footer = command.get_footer();
-  return footer.empty() ? "" : ".PP\n.nf\n" + Escaped(footer) + "\n.fi\n";
-}
-
-// Contains only the positional arguments: options are in the list below.
-std::string Synopsis(const Command& command) {
-  std::string text = Bold(command.path.empty() ? "rangegrasp" : "rangegrasp " + command.path);
-  if (!command.app->get_subcommands(kIsShown).empty()) text += " " + Italic("command");
-  for (const CLI::Option* option : command.app->get_options(kIsShown)) {
-    if (!FlagsOf(*option).empty()) continue;
-    const std::string name = Italic(NameOf(*option));
-    text += option->get_required() ? " " + name : " [" + name + "]";
-  }
-  return text + " [" + Italic("options") + "]\n";
-}
-
-std::string SectionOf(const Command& command) {
-  return ".SS " + Escaped(command.path) + "\n" + Synopsis(command) + ".PP\n" +
-         Escaped(command.app->get_description()) + "\n" + OptionList(*command.app) +
-         Footer(*command.app);
-}
-
-// The manual page of the program and all its commands in the man(7) format: the content of --help
-// in one page.
-std::string ManPage(const CLI::App& program) {
-  std::string page = fmt::format(
-      ".\\\" Made by `rangegrasp man` from the program's --help.\n"
-      ".TH RANGEGRASP 1 \"\" \"rangegrasp {}\" \"User Commands\"\n"
-      ".SH NAME\nrangegrasp \\- robot grasping from range images, in simulation\n"
-      ".SH SYNOPSIS\n{}.SH DESCRIPTION\n{}\n.SH OPTIONS\n{}{}.SH COMMANDS\n",
-      base::Version(), Synopsis({"", &program}), Escaped(program.get_description()),
-      OptionList(program), Footer(program));
-  for (const Command& command : CommandsOf(program)) {
-    if (!command.path.empty()) page += SectionOf(command);
-  }
-  return page + kFiles;
 }
 
 // Finds the command among the words before the cursor, then the possible words at the cursor:
@@ -210,7 +114,7 @@ std::string WordCase(const Command& command) {
     std::ranges::copy(flags, std::back_inserter(all_flags));
     if (!flags.empty()) continue;
     std::ranges::copy(ChoicesOf(*option), std::back_inserter(words));
-    if (NameOf(*option) == "experiment") {
+    if (option->get_name(/*positional=*/true) == "experiment") {
       words.push_back("$(\"${COMP_WORDS[0]}\" completion experiments 2>/dev/null)");
     }
   }
@@ -253,10 +157,6 @@ void AddShellCommands(CLI::App& app) {
                     ? BashCompletion(app)
                     : base::Join(base::ExperimentNames(base::DataFolder()), "\n") + "\n");
   });
-
-  // Used by the installation; users do not call it.
-  auto* man = app.add_subcommand("man", "Print the manual page.")->group("");
-  man->callback([&app] { WriteResult(ManPage(app)); });
 }
 
 }  // namespace rangegrasp::cli
