@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "base/error.h"
 #include "base/words.h"
@@ -202,8 +201,6 @@ JudgedTable Judge(const std::vector<PublishedFigure>& figures, bool is_whole) {
 
 namespace {
 
-using nlohmann::ordered_json;
-
 std::string StateOf(const ReproducedTable& table) {
   if (!table.left_out.empty()) return "left out";
   if (table.done == 0) return "not run yet";
@@ -264,59 +261,6 @@ Section SectionOf(const Reproduction& all, const ReproducedTable& table) {
           GridOf(columns, table.judged.rows)};
 }
 
-Grid CsvGridOf(const Reproduction& all) {
-  Grid grid;
-  for (const ReproducedTable& table : all.tables) {
-    const double threshold = table.judged.threshold;
-    const std::vector<Column<Judged>> columns = {
-        {"table", "", [&](const Judged&) { return table.number; }},
-        {"experiment", "", [&](const Judged&) { return table.experiment; }},
-        {"row", "", [](const Judged& row) { return row.figure.row; }},
-        {"unit", "", [](const Judged& row) { return row.figure.unit; }},
-        {"lower_is_better", "d", [](const Judged& row) { return row.figure.lower_is_better; }},
-        {"published", "", [](const Judged& row) { return row.figure.published; }},
-        {"reproduced", "", [](const Judged& row) { return row.figure.own; }},
-        {"compared", "", &Judged::counts},
-        {"p", "", &Judged::p},
-        {"threshold", "",
-         [=](const Judged&) { return threshold > 0.0 ? std::optional(threshold) : std::nullopt; }},
-        {"verdict", "", VerdictText},
-        {"short", "d", [&](const Judged&) { return all.is_short; }}};
-    Grid part = GridOf(columns, table.judged.rows, "");
-    std::ranges::move(part.rows, std::back_inserter(grid.rows));
-    grid.header = part.header;
-    grid.left = part.left;
-  }
-  return grid;
-}
-
-template <typename T>
-ordered_json Json(const std::optional<T>& value) {
-  return value ? ordered_json(*value) : ordered_json(nullptr);
-}
-
-ordered_json JsonOf(const Judged& row) {
-  return {{"row", row.figure.row},
-          {"unit", row.figure.unit},
-          {"lower_is_better", row.figure.lower_is_better},
-          {"published", row.figure.published},
-          {"reproduced", Json(row.figure.own)},
-          {"compared", row.counts},
-          {"p", Json(row.p)},
-          {"verdict", Json(VerdictText(row))}};
-}
-
-ordered_json JsonOf(const ReproducedTable& table) {
-  ordered_json json = {{"table", table.number},          {"title", table.title},
-                       {"experiment", table.experiment}, {"state", StateOf(table)},
-                       {"left_out", table.left_out},     {"seeds", table.seeds},
-                       {"cases", table.cases},           {"done", table.done},
-                       {"crashed", table.crashed},       {"p_threshold", table.judged.threshold},
-                       {"tests", table.judged.tests},    {"rows", ordered_json::array()}};
-  for (const Judged& row : table.judged.rows) json["rows"].push_back(JsonOf(row));
-  return json;
-}
-
 // The tests behind the verdicts, each with the tables in which it is used.
 std::vector<std::string> TestNotes(const Reproduction& all) {
   std::vector<std::pair<std::string, std::vector<std::string>>> tests;
@@ -375,15 +319,11 @@ std::vector<std::string> NotesOf(const Reproduction& all) {
 
 Report PageOf(const Reproduction& reproduction) {
   Report page;
-  ordered_json json = {{"short", reproduction.is_short}, {"tables", ordered_json::array()}};
   page.sections.push_back(SummaryOf(reproduction));
   for (const ReproducedTable& table : reproduction.tables) {
     if (!table.judged.rows.empty()) page.sections.push_back(SectionOf(reproduction, table));
-    json["tables"].push_back(JsonOf(table));
   }
   page.notes = NotesOf(reproduction);
-  page.csv = CsvGridOf(reproduction);
-  page.json = json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
   return page;
 }
 

@@ -78,7 +78,6 @@ struct ReproducedTable {
   int cases = 0;                ///< all cases of the table
   int crashed = 0;              ///< completed cases that crashed or timed out
   JudgedTable judged = {};
-  std::string seeds = {};  ///< seeds of the run
 };
 
 /// The reproduced published tables, as written by `rangegrasp reproduce`.
@@ -89,7 +88,6 @@ struct Reproduction {
 };
 
 /// The page: a summary of the tables, then each table with its rows; the tests in words are below.
-/// CSV: one line per row of any table.
 Report PageOf(const Reproduction& reproduction);
 
 }  // namespace rangegrasp::experiment

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "experiment/report.h"
 
@@ -133,12 +132,12 @@ Reproduction Some(bool is_short) {
   return all;
 }
 
-std::string TextOf(const Reproduction& all, TableFormat format) {
-  return Format(PageOf(all), all.stamp, format);
+std::string TextOf(const Reproduction& all) {
+  return Format(PageOf(all), all.stamp, TableFormat::kMarkdown);
 }
 
 TEST(Page, TellsOfEachTableHowFarItIsAndWhyItIsNotThere) {
-  const std::string text = TextOf(Some(false), TableFormat::kMarkdown);
+  const std::string text = TextOf(Some(false));
   EXPECT_THAT(text, HasSubstr("| 5.2 | alone | single | done | 20 | 2 | 1 | 0 | 1 | 0 |"));
   EXPECT_THAT(text, HasSubstr("| 5.3 | touching | touching | 3 of 20 cases |"));
   EXPECT_THAT(text, HasSubstr("| 5.4 | box | box | not run yet |"));
@@ -151,29 +150,13 @@ TEST(Page, TellsOfEachTableHowFarItIsAndWhyItIsNotThere) {
 
 // Its figures differ as much as possible, but still get no verdict.
 TEST(Page, AShortRunHasNoVerdictsAndSaysWhatItShows) {
-  const std::string text = TextOf(Some(true), TableFormat::kMarkdown);
+  const std::string text = TextOf(Some(true));
   EXPECT_THAT(text, HasSubstr("a short run shows only that everything runs"));
   EXPECT_THAT(text, HasSubstr("| 5.2 | alone | single | done | 20 | 2 |"));
   EXPECT_THAT(text, HasSubstr("| cup | 0.0 | 100.0 | % | higher |\n"));
   for (const char* word : {"better |", "worse", "same", "verdict |", "Fisher", "0.05"}) {
     EXPECT_THAT(text, Not(HasSubstr(word)));
   }
-  const auto json = nlohmann::json::parse(TextOf(Some(true), TableFormat::kJson));
-  EXPECT_EQ(json["short"], true);
-  EXPECT_TRUE(json["tables"][0]["rows"][1]["verdict"].is_null());
-  EXPECT_TRUE(json["tables"][0]["rows"][1]["p"].is_null());
-}
-
-TEST(Page, IsTheSameForPrograms) {
-  const auto json = nlohmann::json::parse(TextOf(Some(false), TableFormat::kJson));
-  EXPECT_EQ(json["short"], false);
-  ASSERT_EQ(json["tables"].size(), 4u);
-  EXPECT_EQ(json["tables"][0]["rows"][1]["verdict"], "worse");
-  EXPECT_EQ(json["tables"][0]["rows"][1]["reproduced"], 0.0);
-  EXPECT_EQ(json["tables"][3]["left_out"], "there is no folder psb");
-  const std::string csv = TextOf(Some(false), TableFormat::kCsv);
-  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
-  EXPECT_THAT(csv, HasSubstr("5.2,single,cup,%,0,0,100,\"10 of 10, published 0 of 10\","));
 }
 
 }  // namespace

@@ -88,8 +88,6 @@ void ReadInto(const fs::path& folder, const PublishedTable& from, bool is_short,
   const auto results = experiment::ReadResults(folder);
   if (results.records.empty()) return;
   table.done = static_cast<int>(results.records.size());
-  table.seeds = experiment::InFolder(
-      folder, [&] { return experiment::Need(results.stamp.identity, "seed"); });
   table.crashed =
       static_cast<int>(std::ranges::count_if(results.records, [](const experiment::Record& record) {
         return record.result.outcome == experiment::kCrashed ||
@@ -213,13 +211,8 @@ class Reproducer {
   }
 
   void WritePage() const {
-    const auto page = Page();
-    const auto write = [&](const char* name, experiment::TableFormat format) {
-      WriteResult(experiment::Format(page, Stamp(), format), arguments_.Folder() / name);
-    };
-    write("reproduced.md", experiment::TableFormat::kMarkdown);
-    write("reproduced.csv", experiment::TableFormat::kCsv);
-    write("reproduced.json", experiment::TableFormat::kJson);
+    WriteResult(experiment::Format(Page(), Stamp(), experiment::TableFormat::kMarkdown),
+                arguments_.Folder() / "reproduced.md");
   }
 
   ReproduceArguments arguments_;
