@@ -6,8 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cstdio>
+#include <thread>
+#include <utility>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -16,11 +17,6 @@
 namespace rangegrasp::cli {
 namespace {
 
-using std::chrono::milliseconds;
-
-// Delay before a StepLine appears, and its update period [ms].
-constexpr milliseconds kPatience{1000};
-constexpr milliseconds kPeriod{200};
 // Width of a ProgressBar [characters].
 constexpr int kWidth = 30;
 // Limits of a picture [px]: smaller ones show nothing, larger ones exceed the offscreen buffer.
@@ -108,34 +104,15 @@ void AddJobsOption(CLI::App& command, const char* cases, int& jobs) {
       ->transform(WholeNumber(1, 1024));
 }
 
-StepLine::StepLine(std::string title) : title_(std::move(title)) {
-  if (!isatty(STDERR_FILENO)) return;
-  thread_ = std::jthread([this](const std::stop_token& stop) { Tick(stop); });
-}
-
 void StepLine::Begin(const std::string& step) {
-  const std::lock_guard lock(mutex_);
-  step_ = step;
+  if (!isatty(STDERR_FILENO)) return;
+  fmt::print(stderr, "\r{}: {} \033[K", title_, step);
+  std::fflush(stderr);
+  shown_ = true;
 }
 
 void StepLine::End() {
-  if (!thread_.joinable()) return;
-  thread_.request_stop();
-  thread_.join();
-}
-
-void StepLine::Tick(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  bool shown = false;
-  const auto stopped = [&](milliseconds wait) {
-    return ends_.wait_for(lock, stop, wait, [&] { return stop.stop_requested(); });
-  };
-  for (auto wait = kPatience; !stopped(wait); wait = kPeriod) {
-    fmt::print(stderr, "\r{}: {}, {:.0f} s \033[K", title_, step_, watch_.Seconds());
-    std::fflush(stderr);
-    shown = true;
-  }
-  if (!shown) return;
+  if (!std::exchange(shown_, false)) return;
   fmt::print(stderr, "\r\033[K");
   std::fflush(stderr);
 }

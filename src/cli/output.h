@@ -1,13 +1,9 @@
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <mutex>
-#include <stop_token>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -55,12 +51,12 @@ CLI::Validator NumberBetween(double min, double max);
 /// Adds `--jobs`, the number of `cases` run in parallel, with the number of cores as default.
 void AddJobsOption(CLI::App& command, const char* cases, int& jobs);
 
-/// A line on a terminal with the current step of a long command and its time so far; nothing is
-/// shown if stderr is not a terminal. Its own thread updates the time.
+/// A line on a terminal with the current step of a long command; nothing is shown if stderr is not a
+/// terminal.
 class StepLine {
  public:
   /// @param title  "big.off"
-  explicit StepLine(std::string title);
+  explicit StepLine(std::string title) : title_(std::move(title)) {}
   ~StepLine() { End(); }
   StepLine(const StepLine&) = delete;
   StepLine& operator=(const StepLine&) = delete;
@@ -70,13 +66,8 @@ class StepLine {
   void End();
 
  private:
-  void Tick(const std::stop_token& stop);
-
-  std::string title_, step_;
-  base::Stopwatch watch_;
-  std::mutex mutex_;
-  std::condition_variable_any ends_;
-  std::jthread thread_;  ///< last, since it uses all others
+  std::string title_;
+  bool shown_ = false;
 };
 
 /// A run's progress: a line that is updated on a terminal. If stderr is a file or a pipe, a line

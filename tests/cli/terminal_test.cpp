@@ -80,8 +80,8 @@ TEST(StepLine, OfALargeMeshTellsWhatItsPartsAreAt) {
   for (const std::string& argument : arguments) command += " " + argument;
   ASSERT_EQ(std::system(("script -qec '" + command + "' " + seen + " > /dev/null").c_str()), 0);
   const std::string text = base::ReadFile(seen);
-  EXPECT_THAT(text, testing::ContainsRegex("rod.off: segmenting 60000 triangles, [0-9]+ s"));
-  EXPECT_THAT(text, HasSubstr(" s \x1b[K\r\x1b[K"));  // the line is removed
+  EXPECT_THAT(text, HasSubstr("rod.off: segmenting 60000 triangles"));
+  EXPECT_THAT(text, HasSubstr(" \x1b[K\r\x1b[K"));  // the line is removed
 }
 
 }  // namespace

@@ -166,7 +166,7 @@ Found Add(const Arguments& a) {
   const sim::Surface& surface = sim::FindSurface(surfaces, a.surface);
   found.look = LookOf(a, name, surface);
   {
-    StepLine line(a.mesh);  // its thread ends before trials are forked
+    StepLine line(a.mesh);
     line.Begin("repair, then cutting into convex hulls");
     found.object = objects::MakeMeshObject(a.mesh, OptionsOf(a, surface), !a.texture.empty());
   }
