@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "base/draw/plot.h"
 #include "base/statistics.h"
 #include "base/words.h"
 
@@ -173,34 +171,6 @@ std::vector<SceneTimes> ScenesOf(const Stamp& stamp, const std::vector<Record>& 
   return list;
 }
 
-// The same numbers as dots over the scenes' object points: published in seconds, own in
-// milliseconds.
-draw::Panel PanelOf(const std::vector<SceneTimes>& scenes, const std::vector<std::string>& methods,
-                    bool own) {
-  constexpr std::array<const char*, 3> kColors = {"#d62728", "#1f77b4", "#2ca02c"};
-  draw::Panel panel;
-  panel.title = own ? "own" : "published, 2 GHz Core 2 Duo";
-  panel.x_label = "points of objects";
-  panel.y_label = own ? "ms" : "s";
-  double high = 1e-3;
-  for (std::size_t m = 0; m < methods.size(); ++m) {
-    draw::Series series;
-    series.label = methods[m];
-    series.color = kColors[m % kColors.size()];
-    series.dots = true;
-    for (const SceneTimes& one : scenes) {
-      const auto seconds = SumOf(own ? one.own : one.published, {methods[m]});
-      if (!seconds) continue;
-      series.x.push_back(one.object_points);
-      series.y.push_back(own ? 1e3 * *seconds : *seconds);
-      high = std::max(high, series.y.back());
-    }
-    if (!series.x.empty()) panel.series.push_back(series);
-  }
-  panel.y_range = {0.0, 1.1 * high};
-  return panel;
-}
-
 Grid SceneGrid(const std::vector<SceneTimes>& scenes, const std::vector<std::string>& methods,
                bool csv) {
   std::vector<Column<SceneTimes>> columns = {
@@ -236,9 +206,6 @@ Report SegmentationsReport(const Stamp& stamp, const std::vector<Record>& record
       "here: segmentation only, without the normals that region growing needs; median of the "
       "repeats, and of the seeds; published: 2 GHz Core 2 Duo");
   report.csv = SceneGrid(scenes, methods, true);
-  report.files = {{"segmentation_times.csv", experiment::CsvOf(report.csv)},
-                  {"segmentation_times.svg", draw::PlotSvg({PanelOf(scenes, methods, false),
-                                                            PanelOf(scenes, methods, true)})}};
   return report;
 }
 

@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 2> WordsOf(Timed) { return {"stages", "se
 inline constexpr const char* kTimed = "timed";
 
 /// Table 5.1 (each stage's median over the scenes, and the published time), or figures 5.8 and 5.9
-/// (a row per scene, also as CSV and SVG files).
+/// (a row per scene).
 /// @throws base::InputError if the reference in the stamp is not a published table.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records);
