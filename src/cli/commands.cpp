@@ -275,9 +275,9 @@ void AddVersionCommand(CLI::App& app) {
 
 void AddCommand(CommandAdder adder) { Adders().push_back(adder); }
 
-ReportHooks& Hooks() {
-  static ReportHooks hooks;
-  return hooks;
+ReportMaker& MakeReportFor() {
+  static ReportMaker maker = nullptr;
+  return maker;
 }
 
 void AddLibrary(const std::string& name, const std::string& version) {

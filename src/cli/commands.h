@@ -49,16 +49,11 @@ std::vector<std::filesystem::path> ShippedFiles(const char* folder, const char* 
 /// Adds a library and its version to the output of `version`.
 void AddLibrary(const std::string& name, const std::string& version);
 
-/// Functions of the system `report` for other commands; null if it is not built.
-struct ReportHooks {
-  /// Joins the videos of several trials into one.
-  void (*join_films)(const std::vector<std::filesystem::path>& films,
-                     const std::filesystem::path& into) = nullptr;
-  /// Writes the report pages of a run's results, for `run --report`.
-  /// @param run_detector  as in experiment::OpenAgain
-  void (*make_report)(const std::filesystem::path& results, int jobs, bool run_detector) = nullptr;
-};
-ReportHooks& Hooks();
+/// Writes the report pages of a run's results, for `run --report`; null if the system `report` is
+/// not built.
+/// @param run_detector  as in experiment::OpenAgain
+using ReportMaker = void (*)(const std::filesystem::path& results, int jobs, bool run_detector);
+ReportMaker& MakeReportFor();
 
 /// From now on this process, but none that it forks, exits with a message and code 1 if it would
 /// crash: libraries abort or write to address 0 if they run out of memory.

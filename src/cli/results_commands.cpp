@@ -13,7 +13,6 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/installation.h"
-#include "base/process/program.h"
 #include "base/words.h"
 #include "cli/commands.h"
 #include "cli/output.h"
@@ -169,33 +168,24 @@ void ReplayAll(const TrialArguments& arguments) {
     throw base::InputError("--camera needs --snapshots or --video");
   }
   if (arguments.ids.empty()) return List(arguments);
+  if (!arguments.video.empty() && arguments.ids.size() > 1) {
+    throw base::InputError("--video shows one trial: give one id");
+  }
   const Store store = Store::Open(arguments.folder);
   const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder, arguments.run_detector);
   std::vector<const experiment::Case*> cases;
   for (const std::string& id : arguments.ids) cases.push_back(&CaseOf(e, id));
-  experiment::ReplayOptions options{.folder = std::filesystem::path(arguments.folder) / "snapshots",
-                                    .snapshots = arguments.snapshots,
-                                    .video = arguments.video,
-                                    .camera = arguments.camera};
+  const experiment::ReplayOptions options{.folder = fs::path(arguments.folder) / "snapshots",
+                                          .snapshots = arguments.snapshots,
+                                          .video = arguments.video,
+                                          .camera = arguments.camera};
   if (arguments.snapshots) CheckWritable(options.folder);
   if (!arguments.video.empty()) base::MakeFolderOf(arguments.video);
   e.task->Hide(arguments.folder);
   if (!arguments.video.empty()) {
     spdlog::info("drawing the video: about a minute for each trial without a graphics card");
   }
-  // With several trials, each first gets its own video.
-  const process::OwnFolder films;
-  std::vector<fs::path> parts;
-  for (const experiment::Case* which : cases) {
-    if (!arguments.video.empty() && cases.size() > 1) {
-      options.video = parts.emplace_back(films.path() / (which->id + ".mp4"));
-    }
-    Replay(e, store, *which, options, arguments.json);
-  }
-  if (!parts.empty()) {
-    if (!Hooks().join_films) base::CheckBuilt("option", "video");
-    Hooks().join_films(parts, arguments.video);
-  }
+  for (const experiment::Case* which : cases) Replay(e, store, *which, options, arguments.json);
   if (!arguments.video.empty()) spdlog::info("video in {}", arguments.video);
   if (arguments.snapshots && fs::exists(options.folder)) {
     spdlog::info("pictures in {}", options.folder.string());
@@ -218,7 +208,7 @@ void AddTrial(CLI::App& app) {
       "write pictures and files of every stage into <folder>/snapshots, with an overview sheet");
   command->add_option(
       "--video", a->video,
-      "write an MP4 with the scene, the perceived objects and the state (needs ffmpeg)");
+      "write an MP4 of one case: the scene, the perceived objects, the state (needs ffmpeg)");
   command->add_option(
       "--camera", a->camera,
       "camera of the scene for --snapshots and --video (default: one that keeps hand and "

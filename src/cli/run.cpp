@@ -211,7 +211,7 @@ std::pair<int, int> ParseShard(const std::string& text) {
 }
 
 void Run(RunArguments a) {
-  const auto make_report = Hooks().make_report;
+  const auto make_report = MakeReportFor();
   if (a.report && !make_report) {  // checked before hours of trials
     base::CheckBuilt("command", "report");
     throw base::InputError("--report: this program was built without reports");

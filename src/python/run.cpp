@@ -156,7 +156,7 @@ nb::dict Compare(const std::string& first, const std::string& second) {
 void Report(const std::string& folder, int jobs, const nb::object& ask, const std::string& name,
             bool run_detector) {
   const Asked asked(ask, name);
-  const auto make_report = cli::Hooks().make_report;
+  const auto make_report = cli::MakeReportFor();
   if (!make_report) {
     base::CheckBuilt("command", "report");
     throw base::InputError("this package was built without reports");

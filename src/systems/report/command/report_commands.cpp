@@ -279,12 +279,10 @@ namespace rangegrasp {
 
 void RegisterReport() {
   trial::PictureMaker() = report::MakeRecorder;
-  cli::Hooks() = {
-      .join_films = report::JoinVideos,
-      .make_report = [](const std::filesystem::path& results, int jobs, bool run_detector) {
-        cli::MakeReport(
-            {.folders = {results.string()}, .out = "", .jobs = jobs, .run_detector = run_detector});
-      }};
+  cli::MakeReportFor() = [](const std::filesystem::path& results, int jobs, bool run_detector) {
+    cli::MakeReport(
+        {.folders = {results.string()}, .out = "", .jobs = jobs, .run_detector = run_detector});
+  };
   cli::AddLibrary("opencv", RANGEGRASP_OPENCV_VERSION);
   cli::AddCommand(cli::AddReportCommand);
   cli::AddCommand(cli::AddReproduceCommand);

@@ -74,8 +74,8 @@ TEST_F(ReproduceTest, PutsEachPublishedFigureBesideTheTablesOwn) {
   constexpr double kRounded = 0.0501;  // to one digit
   for (std::size_t i = 0; i <= 12; ++i) {
     const auto& row = i < 12 ? own["rows"][i] : own["overall"];
-    EXPECT_NEAR(rows[2 * i][1].get<double>(),
-                100.0 * row["published_detection_rate"].get<double>(), kRounded);
+    EXPECT_NEAR(rows[2 * i][1].get<double>(), 100.0 * row["published_detection_rate"].get<double>(),
+                kRounded);
     EXPECT_NEAR(rows[2 * i][2].get<double>(), 100.0 * row["detection_rate"].get<double>(),
                 kRounded);
   }

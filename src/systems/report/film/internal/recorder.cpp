@@ -70,15 +70,6 @@ fs::path PartOf(const fs::path& file) {
   return part;
 }
 
-process::Program ProgramOf(const std::vector<std::string>& arguments, const fs::path& folder) {
-  process::Program program;
-  program.command = {Ffmpeg().string(), "-loglevel", "error", "-y"};
-  program.command.insert(program.command.end(), arguments.begin(), arguments.end());
-  program.folder = folder;
-  program.limit_s = kLimit_s;
-  return program;
-}
-
 // A film encoded by ffmpeg, to which pictures are added. The file appears when it is complete; the
 // remains of a failed film are removed.
 class Video {
@@ -100,14 +91,17 @@ class Video {
   // @throws base::RunError if ffmpeg has failed (a full disk, a kill) or accepts no more input.
   void Add(const image::Image& picture) {
     if (!ffmpeg_) {
-      auto arguments =
-          base::Split(fmt::format("-f rawvideo -pix_fmt rgb24 -s {}x{} -r {} -i - -preset veryfast "
-                                  "-pix_fmt yuv420p",
+      process::Program program;
+      program.command =
+          base::Split(fmt::format("-loglevel error -y -f rawvideo -pix_fmt rgb24 -s {}x{} -r {} "
+                                  "-i - -preset veryfast -pix_fmt yuv420p",
                                   picture.width, picture.height, kFrameRate_hz),
                       ' ');
-      arguments.push_back(part_.string());
-      ffmpeg_ = std::make_unique<process::Feed>(ProgramOf(arguments, part_.parent_path()),
-                                                file_.string());
+      program.command.insert(program.command.begin(), Ffmpeg().string());
+      program.command.push_back(part_.string());
+      program.folder = part_.parent_path();
+      program.limit_s = kLimit_s;
+      ffmpeg_ = std::make_unique<process::Feed>(program, file_.string());
     }
     ffmpeg_->Write(picture.rgb);
   }
@@ -339,31 +333,6 @@ class FilmRecorder : public trial::Recorder {
 std::unique_ptr<trial::Recorder> MakeRecorder(const trial::Cell& cell, const std::string& prefix,
                                               const experiment::ReplayOptions& options) {
   return std::make_unique<FilmRecorder>(cell, prefix, options);
-}
-
-void JoinVideos(const std::vector<fs::path>& files, const fs::path& into) {
-  const process::OwnFolder folder;
-  std::string list;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    // The links' names contain nothing that ffmpeg's list would interpret differently.
-    const auto link = folder.path() / fmt::format("{}.mp4", i);
-    fs::create_symlink(fs::absolute(files[i]), link);
-    list += fmt::format("file '{}'\n", link.string());
-  }
-  base::WriteFile(folder.path() / "list", list);
-  const auto part = PartOf(into);
-  try {
-    process::Feed(ProgramOf({"-f", "concat", "-safe", "0", "-i", (folder.path() / "list").string(),
-                             "-c", "copy", part.string()},
-                            folder.path()),
-                  into.string())
-        .Finish();
-    fs::rename(part, into);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove(part, ignored);
-    throw;
-  }
 }
 
 }  // namespace rangegrasp::report

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "trial/recorder.h"
 
@@ -14,10 +12,5 @@ namespace rangegrasp::report {
 /// installed.
 std::unique_ptr<trial::Recorder> MakeRecorder(const trial::Cell& cell, const std::string& prefix,
                                               const experiment::ReplayOptions& options);
-
-/// Concatenates films whose pictures have the same size.
-/// @throws base::RunError if ffmpeg has failed, InputError if it is not installed; then there is no
-/// file.
-void JoinVideos(const std::vector<std::filesystem::path>& files, const std::filesystem::path& into);
 
 }  // namespace rangegrasp::report
