@@ -13,7 +13,6 @@
 #include <limits>
 #include <map>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
 
 #include "geometry/graph.h"
@@ -256,193 +255,23 @@ std::vector<AlphaShape2> BuildAlphaShapes2(std::span<const Vector2d> points,
   return shapes;
 }
 
-namespace {
-
-// Two facts make the shortcut exact (up to rounding).
-//
-// 1. Let the ball with diameter pq contain no point inside, and let r give the smallest
-//    circumradius R of the triangles pqr. Then the smallest ball through p, q, r contains none:
-//    move a ball through p and q from the first to the last. A point inside the last would have
-//    been reached on the way at a radius below R, and its triangle would have a smaller
-//    circumradius. So pqr is in the complex if R <= alpha. Only points within 2 R of p matter.
-//
-// 2. A triangle of the complex has sides <= 2 alpha, and its empty ball is within 2 alpha of each
-//    of its corners. If it joins two sets, each corner is within 2 alpha of a point of another set.
-//    A triangulation of the points within 2 alpha of those corners finds these triangles.
-
-/// 21 bits per coordinate of a cube: cubes 2^21 apart share a number, which only costs time.
-constexpr std::uint64_t kCubeMask = 0x1fffffu;
-/// Number of neighbors for fact 1, without influence on the result. Fewer leave more to the
-/// triangulation, more cost time for every point.
-constexpr std::size_t kNeighbors = 12;
-/// Above this share of undecided points, triangulating all is cheaper; the result is the same.
-constexpr double kMaxUndecided = 0.3;
-/// Widens 2 alpha by far more than rounding, since the tree excludes points at exactly the radius.
-constexpr double kBeyond = 1.0 + 1e-9;
-/// Shrinks a ball, so that rounding does not put a point of its surface inside.
-constexpr double kInside = 1.0 - 1e-12;
-
-class Finder {
- public:
-  Finder(PointSpan points, const KdTree& tree, double alpha)
-      : points_(points),
-        tree_(tree),
-        alpha_(alpha),
-        sets_(points.size()),
-        used_(points.size(), false),
-        twin_(points.size()) {}
-
-  AlphaComponents Find() {
-    for (std::uint32_t i = 0; i < points_.size(); ++i) JoinNeighbors(i);
-    JoinUndecided(Undecided());
-    // A point is used if any point at the same position is used.
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (used_[i]) used_[twin_[i]] = true;
-    }
-    for (std::uint32_t i = 0; i < points_.size(); ++i) used_[i] = used_[twin_[i]];
-    AlphaComponents result;
-    result.components = LabelBySize(sets_, used_, result.component);
-    return result;
+AlphaComponents FindAlphaComponents(PointSpan points, double alpha_m) {
+  if (!(alpha_m > 0.0)) return {std::vector<std::int32_t>(points.size(), -1), 0};
+  UnionFind sets(points.size());
+  std::vector<bool> used(points.size(), false);
+  for (const auto& [a, b, c] : AlphaTriangles(points, alpha_m)) {
+    used[a] = used[b] = used[c] = true;
+    sets.Unite(a, b);
+    sets.Unite(a, c);
   }
-
- private:
-  void Use(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    used_[a] = used_[b] = used_[c] = true;
-    sets_.Unite(a, b);
-    sets_.Unite(a, c);
+  const Indices twin = FirstTwin(points, CanonicalOrder(points));  // the triangles' corners
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    used[i] = used[twin[i]];
+    sets.Unite(i, twin[i]);
   }
-
-  /// Applies fact 1 to p and its neighbors that are not yet joined with it.
-  void JoinNeighbors(std::uint32_t p) {
-    tree_.Nearest(points_[p], kNeighbors, list_);
-    twin_[p] = list_.front().index;  // the smallest index at distance 0
-    sets_.Unite(p, twin_[p]);
-    const double reach = list_.size() < kNeighbors ? kNoAlpha : list_.back().squared_distance;
-    for (const KdTree::Neighbor& q : list_) {
-      if (q.squared_distance == 0.0) continue;
-      if (q.squared_distance > 4.0 * alpha_ * alpha_) break;
-      const bool joined = used_[p] && used_[q.index] && sets_.Find(p) == sets_.Find(q.index);
-      if (!joined && IsGabriel(p, q)) JoinBest(p, q, reach);
-    }
-  }
-
-  /// Whether no point is inside the ball with diameter pq; it would be closer to p than q is.
-  bool IsGabriel(std::uint32_t p, const KdTree::Neighbor& q) const {
-    const Vector3d middle = 0.5 * (points_[p] + points_[q.index]);
-    const double inside = 0.25 * q.squared_distance * kInside;
-    for (const KdTree::Neighbor& s : list_) {
-      if (s.squared_distance >= q.squared_distance) return true;
-      if (s.squared_distance > 0.0 && (points_[s.index] - middle).squaredNorm() < inside) {
-        return false;
-      }
-    }
-    return true;
-  }
-
-  void JoinBest(std::uint32_t p, const KdTree::Neighbor& q, double squared_reach) {
-    const Vector3d pq = points_[q.index] - points_[p];
-    double best = kNoAlpha;  // squared radius
-    std::uint32_t best_r = 0;
-    for (const KdTree::Neighbor& r : list_) {
-      const Vector3d pr = points_[r.index] - points_[p];
-      const double area = pq.cross(pr).squaredNorm();
-      const double sides = q.squared_distance * r.squared_distance *
-                           (points_[r.index] - points_[q.index]).squaredNorm();
-      if (!(area > 0.0) || !(sides < 4.0 * area * best)) continue;
-      best = sides / (4.0 * area);
-      best_r = r.index;
-    }
-    if (best <= alpha_ * alpha_ && 4.0 * best <= squared_reach) Use(p, q.index, best_r);
-  }
-
-  using CubeSets = std::unordered_map<std::uint64_t, std::int32_t>;
-
-  /// A 3 x 21 bit number of the cube of side 2 alpha that contains p, shifted by (x, y, z) cubes.
-  std::uint64_t Cube(const Vector3d& p, int x, int y, int z) const {
-    const auto part = [this](double value, int shift) {
-      return static_cast<std::uint64_t>(
-                 static_cast<std::int64_t>(std::floor(value / (2.0 * alpha_))) + shift) &
-             kCubeMask;
-    };
-    return part(p.x(), x) << 42 | part(p.y(), y) << 21 | part(p.z(), z);
-  }
-
-  /// The points within 2 alpha of a point of another set, ascending.
-  Indices Undecided() {
-    std::vector<std::int32_t> set;  // set of each point; 0 is the largest set
-    LabelBySize(sets_, std::vector<bool>(points_.size(), true), set);
-    CubeSets largest;
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      auto& entry = largest.try_emplace(Cube(points_[i], 0, 0, 0), set[i]).first->second;
-      entry = std::min(entry, set[i]);
-    }
-    CubeSets around;  // the same, including the cubes around it
-    std::vector<bool> undecided(points_.size(), false);
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      const auto [entry, is_new] = around.try_emplace(Cube(points_[i], 0, 0, 0), set[i]);
-      if (is_new) entry->second = LargestAround(points_[i], set[i], largest);
-      // Of two sets, the smaller one searches for the other.
-      if (entry->second < set[i]) MarkOthers(i, undecided);
-    }
-    return PositionsOf(undecided);
-  }
-
-  /// The largest set in the cube of p and those around it; p is in the set `own`.
-  std::int32_t LargestAround(const Vector3d& p, std::int32_t own, const CubeSets& largest) const {
-    std::int32_t best = own;
-    for (int k = 0; k < 27; ++k) {
-      const auto entry = largest.find(Cube(p, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
-      if (entry != largest.end()) best = std::min(best, entry->second);
-    }
-    return best;
-  }
-
-  void MarkOthers(std::uint32_t i, std::vector<bool>& undecided) {
-    tree_.Within(points_[i], 2.0 * alpha_ * kBeyond, list_);
-    const std::uint32_t set = sets_.Find(i);
-    for (const KdTree::Neighbor& n : list_) {
-      if (sets_.Find(n.index) == set) continue;
-      undecided[i] = true;
-      undecided[n.index] = true;
-    }
-  }
-
-  /// Applies fact 2.
-  void JoinUndecided(const Indices& undecided) {
-    std::vector<bool> may_join(points_.size(), false);
-    const bool all =
-        static_cast<double>(undecided.size()) > kMaxUndecided * static_cast<double>(points_.size());
-    std::vector<bool> needed(points_.size(), all);
-    for (const std::uint32_t i : undecided) {
-      may_join[i] = true;
-      if (all) continue;
-      tree_.Within(points_[i], 2.0 * alpha_ * kBeyond, list_);
-      for (const KdTree::Neighbor& n : list_) needed[n.index] = true;
-    }
-    const Indices subset = PositionsOf(needed);
-    for (const auto& [a, b, c] : AlphaTriangles(Select(points_, subset), alpha_)) {
-      if (may_join[subset[a]] && may_join[subset[b]] && may_join[subset[c]]) {
-        Use(subset[a], subset[b], subset[c]);
-      }
-    }
-  }
-
-  PointSpan points_;
-  const KdTree& tree_;
-  double alpha_;
-  UnionFind sets_;
-  std::vector<bool> used_;
-  Indices twin_;  ///< the first point at the same position
-  std::vector<KdTree::Neighbor> list_;
-};
-
-}  // namespace
-
-AlphaComponents FindAlphaComponents(PointSpan points, const KdTree& tree, double alpha_m) {
-  if (points.empty() || !(alpha_m > 0.0)) {
-    return {std::vector<std::int32_t>(points.size(), -1), 0};
-  }
-  return Finder(points, tree, alpha_m).Find();
+  AlphaComponents result;
+  result.components = LabelBySize(sets, used, result.component);
+  return result;
 }
 
 }  // namespace rangegrasp::geometry

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "geometry/kd_tree.h"
 #include "geometry/point_cloud.h"
 
 namespace rangegrasp::geometry {
@@ -30,15 +29,12 @@ std::vector<AlphaShape2> BuildAlphaShapes2(std::span<const Eigen::Vector2d> poin
                                            std::span<const double> alphas_m);
 
 /// The components of the points that AlphaTriangles connect (the triangle connectivity filter).
-/// Most points are joined by triangles that are proven by nearest neighbors to be among them. The
-/// triangulation is built only where sets are closer than 2 alpha to each other, which is several
-/// times faster on scans (the source explains why this is exact).
+/// Points at one position are in one component.
 struct AlphaComponents {
   std::vector<std::int32_t> component;  ///< one per point: 0, 1, ... by descending size, ties by
                                         ///< first point; -1 if in no triangle
   std::int32_t components = 0;
 };
-/// @param tree  over these points.
-AlphaComponents FindAlphaComponents(PointSpan points, const KdTree& tree, double alpha_m);
+AlphaComponents FindAlphaComponents(PointSpan points, double alpha_m);
 
 }  // namespace rangegrasp::geometry

@@ -366,7 +366,7 @@ std::vector<Indices> SegmentByMesh(PointSpan points, const SegmentOptions& optio
   if (points.size() < 3) return {};
   const KdTree tree(points);
   const double d_max_m = geometry::NearestNeighborDistances(points, tree).max_m;
-  const auto parts = geometry::FindAlphaComponents(points, tree, MeshAlpha(d_max_m, options));
+  const auto parts = geometry::FindAlphaComponents(points, MeshAlpha(d_max_m, options));
   std::vector<Indices> segments(static_cast<std::size_t>(parts.components));
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const auto part = parts.component[i];

@@ -19,7 +19,6 @@
 
 #include "base/units.h"
 #include "geometry/random_points.h"
-#include "geometry/synthetic.h"
 
 namespace rangegrasp::geometry {
 namespace {
@@ -161,28 +160,7 @@ TEST_P(SeededAlpha, TheComplexOfNearTwinsDoesNotDependOnTheOrderOfThePoints) {
   }
 }
 
-TEST_P(SeededAlpha, FastComponentsAreThoseOfTheComplex) {
-  base::Rng rng(GetParam());
-  // A table scene, thinned at random so that it has gaps about as wide as alpha.
-  synthetic::ScanOptions options;
-  options.seed = GetParam();
-  options.step_m = 0.004;
-  options.sigma_m = rng.Uniform(0.0, 0.001);
-  options.outliers = 10;
-  Points points;
-  const double keep = rng.Uniform(0.2, 1.0);
-  for (const Eigen::Vector3d& p :
-       synthetic::MakeScan(synthetic::MixedObjects(), options).points_W) {
-    if (rng.Uniform() < keep) points.push_back(p);
-  }
-  const double alpha = rng.Uniform(0.002, 0.012);
-  const AlphaComponents slow = SlowComponents(points, alpha);
-  const AlphaComponents fast = FindAlphaComponents(points, KdTree(points), alpha);
-  EXPECT_EQ(fast.components, slow.components);
-  EXPECT_EQ(fast.component, slow.component);
-}
-
-TEST_P(SeededAlpha, FastComponentsOfRandomAndDegenerateCloudsAreThoseOfTheComplex) {
+TEST_P(SeededAlpha, ComponentsOfRandomAndDegenerateCloudsAreThoseOfTheComplex) {
   base::Rng rng(GetParam());
   Points points = samples::RandomPoints(rng.Index(400), 1.0, rng);
   if (GetParam() % 4 == 1) {  // flat
@@ -193,16 +171,16 @@ TEST_P(SeededAlpha, FastComponentsOfRandomAndDegenerateCloudsAreThoseOfTheComple
   }
   for (const double alpha : {0.02, 0.06, 0.1, 0.13, 0.2, 0.5, 3.0}) {
     const AlphaComponents slow = SlowComponents(points, alpha);
-    const AlphaComponents fast = FindAlphaComponents(points, KdTree(points), alpha);
-    EXPECT_EQ(fast.components, slow.components) << alpha;
-    EXPECT_EQ(fast.component, slow.component) << alpha;
+    const AlphaComponents found = FindAlphaComponents(points, alpha);
+    EXPECT_EQ(found.components, slow.components) << alpha;
+    EXPECT_EQ(found.component, slow.component) << alpha;
   }
 }
 
 TEST(Alpha, TwinsShareAComponent) {
   const Points points = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0},
                          {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0}, {9.0, 9.0, 9.0}};
-  EXPECT_EQ(FindAlphaComponents(points, KdTree(points), 1.0).component,
+  EXPECT_EQ(FindAlphaComponents(points, 1.0).component,
             (std::vector<std::int32_t>{0, 0, 0, 0, 0, -1}));
 }
 
