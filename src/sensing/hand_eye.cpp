@@ -20,13 +20,15 @@ constexpr double kQuaternionTolerance = 1e-4;
 
 }  // namespace
 
-Pose ReadPose(base::YamlMap& map, const std::string& of) {
+Pose ReadPoseOf(base::YamlMap& map, const std::string& key, const std::string& of) {
+  map.Require(key);
+  base::YamlMap pose = map.Child(key, of);
   Vector3d position;
   Eigen::Quaterniond rotation;
-  const auto read = [&](const char* key, double& value, double unit, double max,
+  const auto read = [&](const char* name, double& value, double unit, double max,
                         const std::string& what) {
-    map.Require(key);
-    map.ReadScaled(key, value, unit, -max, max, what + of);
+    pose.Require(name);
+    pose.ReadScaled(name, value, unit, -max, max, what + of);
   };
   read("x_mm", position.x(), kMm, kMaxDistance_mm, "origin ");
   read("y_mm", position.y(), kMm, kMaxDistance_mm, "origin ");
@@ -36,16 +38,11 @@ Pose ReadPose(base::YamlMap& map, const std::string& of) {
   read("qy", rotation.y(), 1.0, 1.0, "unit quaternion: the axes ");
   read("qz", rotation.z(), 1.0, 1.0, "unit quaternion: the axes ");
   if (std::abs(rotation.norm() - 1.0) > kQuaternionTolerance) {
-    map.Fail("qw", fmt::format("the quaternion's length is {:.6g}; it must be 1", rotation.norm()));
+    pose.Fail("qw",
+              fmt::format("the quaternion's length is {:.6g}; it must be 1", rotation.norm()));
   }
-  map.Finish();
+  pose.Finish();
   return base::MakePose(rotation.normalized().toRotationMatrix(), position);
-}
-
-Pose ReadPoseOf(base::YamlMap& map, const std::string& key, const std::string& of) {
-  map.Require(key);
-  base::YamlMap pose = map.Child(key, of);
-  return ReadPose(pose, of);
 }
 
 std::string PoseText(const std::string& name, const Pose& pose) {

@@ -20,14 +20,12 @@ struct HandEye {
 HandEye ReadHandEye(const std::filesystem::path& file);
 void WriteHandEye(const HandEye& hand_eye, const std::filesystem::path& file);
 
-/// Reads a pose of a calibration file: x_mm, y_mm, z_mm and a unit quaternion, to the end of the
-/// mapping.
+/// Reads a pose of a calibration file from the mapping under a required key: x_mm, y_mm, z_mm and a
+/// unit quaternion.
 /// @param of  whose pose in which frame, for the keys' documentation.
 /// @throws base::InputError naming file, line and key.
-base::Pose ReadPose(base::YamlMap& map, const std::string& of);
-/// Reads a pose from the mapping under a required key.
 base::Pose ReadPoseOf(base::YamlMap& map, const std::string& key, const std::string& of);
-/// A mapping `name:` for ReadPose, in full precision.
+/// A mapping `name:` for ReadPoseOf, in full precision.
 std::string PoseText(const std::string& name, const base::Pose& pose);
 
 }  // namespace rangegrasp::sensing

@@ -1,5 +1,7 @@
 #include "sensing/line_scanner_options.h"
 
+#include "base/yaml_map.h"
+
 namespace rangegrasp::sensing {
 namespace {
 
@@ -7,7 +9,6 @@ using base::kDeg;
 using base::kMm;
 
 constexpr double kMicrometer = 1e-6;
-constexpr char kType[] = "line_scanner";
 
 /// Every key with its option, range and documentation. The source is a file or a check of ranges.
 template <typename Source, typename Options>
@@ -50,10 +51,10 @@ void ReadKeys(Source& from, Options& o) {
 
 }  // namespace
 
-LineScannerOptions ReadLineScanner(base::YamlMap& map) {
-  std::string type = kType;
-  map.Read("type", type, "type of the sensor: line_scanner");
-  if (type != kType) map.Fail("type", "'" + type + "' must be " + kType);
+LineScannerOptions ReadLineScanner(const std::filesystem::path& file) {
+  auto map = base::YamlMap::FromFile(file);
+  std::string type = kLineScanner;
+  map.Read("type", type, {kLineScanner}, "type of the sensor");
   for (const char* key : {"place", "site", "pose", "position"}) {
     if (!map.Has(key)) continue;
     map.Fail(key,
@@ -64,11 +65,6 @@ LineScannerOptions ReadLineScanner(base::YamlMap& map) {
   ReadKeys(map, options);
   FinishShared(map, options);
   return options;
-}
-
-LineScannerOptions ReadLineScanner(const std::filesystem::path& file) {
-  auto map = base::YamlMap::FromFile(file);
-  return ReadLineScanner(map);
 }
 
 void CheckOptions(const LineScannerOptions& options) {

@@ -3,7 +3,6 @@
 #include <filesystem>
 
 #include "base/units.h"
-#include "base/yaml_map.h"
 #include "sensing/range_sensor_options.h"
 
 namespace rangegrasp::sensing {
@@ -40,7 +39,7 @@ struct LineScannerOptions : RangeSensorOptions {
 /// Reads models/sensors/*.yaml; missing keys keep their defaults.
 /// @throws base::InputError naming file, line and key.
 LineScannerOptions ReadLineScanner(const std::filesystem::path& file);
-LineScannerOptions ReadLineScanner(base::YamlMap& map);
+inline constexpr const char* kLineScanner = "line_scanner";
 
 /// @throws std::invalid_argument naming the key (in the units of a sensor file) that is out of
 /// range, its value and its range.

@@ -32,7 +32,7 @@ geometry::Field Field(const DepthCameraOptions& camera) {
 }  // namespace
 
 RangeSensor ReadRangeSensor(const std::filesystem::path& file) {
-  const std::vector<std::string> words = {"line_scanner", kDepthCamera};
+  const std::vector<std::string> words = {kLineScanner, kDepthCamera};
   std::string type = words.front();
   base::YamlMap::FromFile(file).Read("type", type, words, "type of the sensor");
   if (type == kDepthCamera) return ReadDepthCamera(file);
