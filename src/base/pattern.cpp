@@ -1,17 +1,9 @@
 #include "base/pattern.h"
 
-#include <map>
 #include <regex>
 
 namespace rangegrasp::base {
 namespace {
-
-// Caches compiled patterns: compiling one takes 30 to 300 us, and every trial reads models with the
-// same few patterns.
-const std::regex& Compiled(const std::string& pattern) {
-  thread_local std::map<std::string, std::regex> compiled;
-  return compiled.try_emplace(pattern, pattern).first->second;
-}
 
 Match MatchOf(const std::smatch& found, std::size_t from) {
   Match match{from + static_cast<std::size_t>(found.position()), {}};
@@ -25,12 +17,12 @@ std::optional<Match> FindMatch(const std::string& text, const std::string& patte
                                std::size_t from) {
   std::smatch found;
   const auto begin = text.begin() + static_cast<std::ptrdiff_t>(from);
-  if (!std::regex_search(begin, text.end(), found, Compiled(pattern))) return std::nullopt;
+  if (!std::regex_search(begin, text.end(), found, std::regex(pattern))) return std::nullopt;
   return MatchOf(found, from);
 }
 
 std::vector<Match> AllMatches(const std::string& text, const std::string& pattern) {
-  const std::regex& regex = Compiled(pattern);
+  const std::regex regex(pattern);
   std::vector<Match> matches;
   for (std::sregex_iterator found(text.begin(), text.end(), regex), end; found != end; ++found) {
     matches.push_back(MatchOf(*found, 0));
