@@ -6,8 +6,8 @@
 
 #include "base/frames.h"
 #include "base/rng.h"
-#include "sensing/depth_camera_options.h"
 #include "sensing/line_scanner.h"
+#include "sensing/range_sensor_options.h"
 #include "sim/visual_mesh.h"
 
 namespace rangegrasp::sensing {

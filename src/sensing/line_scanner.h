@@ -6,7 +6,7 @@
 #include "base/rng.h"
 #include "geometry/observation.h"
 #include "geometry/point_cloud.h"
-#include "sensing/line_scanner_options.h"
+#include "sensing/range_sensor_options.h"
 #include "sim/visual_mesh.h"
 
 namespace rangegrasp::sensing {

@@ -5,7 +5,7 @@
 
 #include "base/frames.h"
 #include "geometry/ray_caster.h"
-#include "sensing/line_scanner_options.h"
+#include "sensing/range_sensor_options.h"
 #include "sim/visual_mesh.h"
 
 namespace rangegrasp::sensing {

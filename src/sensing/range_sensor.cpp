@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/yaml_map.h"
 #include "sensing/depth_camera.h"
 #include "sensing/optics.h"
 

@@ -1,14 +1,18 @@
 #pragma once
 
+#include <array>
+#include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 
+#include "base/frames.h"
 #include "base/units.h"
-#include "base/yaml_map.h"
 
 namespace rangegrasp::sensing {
 
-/// Options of all simulated range sensors: drop-outs, calibration error, and color camera.
-/// ReadSharedKeys documents the fields.
+/// Options of all simulated range sensors: drop-outs, calibration error, and color camera. The keys
+/// in range_sensor_options.cpp document the fields.
 struct RangeSensorOptions {
   double dropout_begin_rad = base::Deg(60.0);
   double dropout_end_rad = base::Deg(80.0);
@@ -24,37 +28,88 @@ struct RangeSensorOptions {
   double color_shift_m = 0.001;  ///< root mean square; rows and columns together
 };
 
-/// Every shared key with its option, range and documentation.
-/// @tparam Source  a file (base::YamlMap), or a check of ranges (base::RangeCheck)
-template <typename Source, typename Options>
-void ReadSharedKeys(Source& from, Options& o) {
-  using base::kDeg;
-  using base::kMm;
-  from.ReadScaled("dropout_begin_deg", o.dropout_begin_rad, kDeg, 0.0, 90.0,
-                  "angle of incidence above which samples are lost");
-  from.ReadScaled("dropout_end_deg", o.dropout_end_rad, kDeg, 0.0, 90.0,
-                  "angle of incidence above which all samples are lost");
-  from.ReadScaled("saturation_angle_deg", o.saturation_angle_rad, kDeg, 0.0, 180.0,
-                  "angle to the mirror direction below which gloss blinds the camera");
-  from.ReadScaled("dropout_patch_mm", o.dropout_patch_m, kMm, 0.0, 1000.0,
-                  "size of the patches of samples that are lost together because of incidence or "
-                  "gloss; 0: single samples");
-  from.ReadScaled("calibration_sigma_mm", o.calibration_sigma_m, kMm, 0.0, 1000.0,
-                  "calibration error of the head's position, root mean square");
-  from.ReadScaled("calibration_sigma_deg", o.calibration_sigma_rad, kDeg, 0.0, 90.0,
-                  "calibration error of the head's orientation, root mean square");
-  from.Read("color", o.color, "the sensor also measures each sample's color, in the room's light");
-  from.Read("color_noise_levels", o.color_noise_levels, 0.0, 255.0, "noise of the color, of 255");
-  from.Read("color_gain_sigma", o.color_gain_sigma, 0.0, 1.0,
-            "error of the color channels' balance, relative; one draw per channel and scan");
-  from.ReadScaled("color_shift_mm", o.color_shift_m, kMm, 0.0, 100.0,
-                  "distance between a sample and its color, root mean square; one draw per scan");
+/// A laser plane and a camera on a panning head. The origin of the head's frame S (x right, y down,
+/// z forward) is the laser's exit point; the pan axis is S's y axis. In the frame P of one profile
+/// (S rotated by the pan angle) the laser's fan is the half plane x = 0, z > 0 with its apex in the
+/// origin. The camera is at (baseline, 0, 0), rotated about y so that its axis meets the fan at
+/// z = focus_distance. "Depth" is z_P.
+///
+/// Defaults: a 512 x 512 sensor with 9.5 um pixels. Its lens images the whole fan onto the 512
+/// columns. Only a window of the rows is read, which ends before the floor behind the table.
+struct LineScannerOptions : RangeSensorOptions {
+  int samples = 512;  ///< evenly spaced in the tangent of the fan's angle
+  int profiles = 150;
+  double fan_rad = base::Deg(42.0);
+  double pan_range_rad = base::Deg(34.0);
+  double baseline_m = 0.30;
+  double focal_length_m = 0.0063;
+  double pixel_pitch_m = 9.5e-6;
+  int sensor_pixels = 256;
+  double focus_distance_m = 0.9;
+  double near_m = 0.20;
+  double line_width_m = 0.001;  ///< of the collimated line
+  double blur_px = 2.5;
+  double centroid_sigma_px = 0.07;
+  double speckle_sigma_m = 0.0002;
+  double correlation_samples = 2.0;
+  double quantisation_px = 0.0625;
+  double pan_jitter_rad = base::Deg(0.02);
+};
+
+/// Reads models/sensors/*.yaml; missing keys keep their defaults.
+/// @throws base::InputError naming file, line and key.
+LineScannerOptions ReadLineScanner(const std::filesystem::path& file);
+inline constexpr const char* kLineScanner = "line_scanner";
+
+/// @throws std::invalid_argument naming the key (in the units of a sensor file) that is out of
+/// range, its value and its range.
+void CheckOptions(const LineScannerOptions& options);
+
+enum class DepthPrinciple { kActiveStereo, kTimeOfFlight };
+constexpr std::array<std::string_view, 2> WordsOf(DepthPrinciple) {
+  return {"active_stereo", "time_of_flight"};
 }
 
-/// Finishes reading a sensor's file. @throws base::InputError for an unknown key, or unless
-/// dropout_begin is less than dropout_end.
-void FinishShared(const base::YamlMap& map, const RangeSensorOptions& options);
-/// @throws std::invalid_argument unless dropout_begin is less than dropout_end.
-void CheckShared(const std::string& what, const RangeSensorOptions& options);
+/// A camera that measures the depth of each pixel. The origin of its frame S (x right, y down, z
+/// forward) is the lens (for stereo, the left lens); the z axis passes through the image center.
+/// Pixels are square.
+struct DepthCameraOptions : RangeSensorOptions {
+  DepthPrinciple principle = DepthPrinciple::kActiveStereo;
+  int width = 640;
+  int height = 480;
+  double field_right_rad = base::Deg(75.0);
+  double min_depth_m = 0.20;
+  double max_depth_m = 3.0;
+  int frames = 1;
+
+  // Active stereo
+  double baseline_m = 0.05;
+  double disparity_sigma_px = 0.08;
+  double disparity_step_px = 1.0 / 32.0;
+  int window_px = 7;
+  int window_rows_px = 7;
+  double fixed_share = 0.5;
+
+  // Time of flight
+  double range_sigma_m = 0.0012;
+  double range_offset_m = 0.003;
+
+  // Depth edges
+  double edge_reach_px = 3.0;
+  double edge_loss = 0.1;
+  double flying_share = 0.05;
+  double lateral_sigma_px = 0.8;
+
+  std::string site = "scanner";    ///< site in the scene
+  std::optional<base::Pose> X_WS;  ///< used instead of a site
+};
+
+/// Reads models/sensors/depth_camera_*.yaml; missing keys keep their defaults.
+/// @throws base::InputError naming file, line and key.
+DepthCameraOptions ReadDepthCamera(const std::filesystem::path& file);
+inline constexpr const char* kDepthCamera = "depth_camera";
+
+/// Focal length [px]: f = (width / 2) / tan(field / 2).
+double FocalLength(const DepthCameraOptions& options);
 
 }  // namespace rangegrasp::sensing

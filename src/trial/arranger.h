@@ -9,7 +9,7 @@
 
 #include "base/rng.h"
 #include "robot/robot.h"
-#include "sensing/line_scanner_options.h"
+#include "sensing/range_sensor_options.h"
 #include "sim/world.h"
 #include "trial/options.h"
 

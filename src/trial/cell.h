@@ -13,7 +13,7 @@
 #include "grasp/mover.h"
 #include "robot/robot.h"
 #include "sensing/line_scanner.h"
-#include "sensing/line_scanner_options.h"
+#include "sensing/range_sensor_options.h"
 #include "sim/world.h"
 #include "trial/arranger.h"
 #include "trial/options.h"

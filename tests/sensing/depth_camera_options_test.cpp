@@ -1,4 +1,4 @@
-#include "sensing/depth_camera_options.h"
+#include "sensing/range_sensor_options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
