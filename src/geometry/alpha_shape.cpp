@@ -255,23 +255,4 @@ std::vector<AlphaShape2> BuildAlphaShapes2(std::span<const Vector2d> points,
   return shapes;
 }
 
-AlphaComponents FindAlphaComponents(PointSpan points, double alpha_m) {
-  if (!(alpha_m > 0.0)) return {std::vector<std::int32_t>(points.size(), -1), 0};
-  UnionFind sets(points.size());
-  std::vector<bool> used(points.size(), false);
-  for (const auto& [a, b, c] : AlphaTriangles(points, alpha_m)) {
-    used[a] = used[b] = used[c] = true;
-    sets.Unite(a, b);
-    sets.Unite(a, c);
-  }
-  const Indices twin = FirstTwin(points, CanonicalOrder(points));  // the triangles' corners
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    used[i] = used[twin[i]];
-    sets.Unite(i, twin[i]);
-  }
-  AlphaComponents result;
-  result.components = LabelBySize(sets, used, result.component);
-  return result;
-}
-
 }  // namespace rangegrasp::geometry

@@ -364,13 +364,18 @@ double MeshAlpha(double d_max_m, const SegmentOptions& options) {
 
 std::vector<Indices> SegmentByMesh(PointSpan points, const SegmentOptions& options) {
   if (points.size() < 3) return {};
-  const KdTree tree(points);
-  const double d_max_m = geometry::NearestNeighborDistances(points, tree).max_m;
-  const auto parts = geometry::FindAlphaComponents(points, MeshAlpha(d_max_m, options));
-  std::vector<Indices> segments(static_cast<std::size_t>(parts.components));
+  const double d_max_m = geometry::NearestNeighborDistances(points, KdTree(points)).max_m;
+  geometry::UnionFind sets(points.size());
+  std::vector<bool> used(points.size(), false);
+  for (const auto& [a, b, c] : geometry::AlphaTriangles(points, MeshAlpha(d_max_m, options))) {
+    used[a] = used[b] = used[c] = true;
+    sets.Unite(a, b);
+    sets.Unite(a, c);
+  }
+  const Indices twin = geometry::FirstTwin(points, geometry::CanonicalOrder(points));
+  std::vector<Indices> segments(points.size());
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const auto part = parts.component[i];
-    if (part >= 0) segments[static_cast<std::size_t>(part)].push_back(i);
+    if (used[twin[i]]) segments[sets.Find(twin[i])].push_back(i);
   }
   return LargestFirst(std::move(segments), options);
 }

@@ -14,7 +14,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include "base/units.h"
@@ -76,50 +75,6 @@ TEST_P(SeededAlpha, TheComplexIsThatOfCgalsAlphaShape) {
   EXPECT_EQ(triangles, ReferenceTriangles(points, alpha));
 }
 
-/// The components of the triangles, found by repeated relabelling without a union-find. Points at
-/// one position are in one component.
-AlphaComponents SlowComponents(const Points& points, double alpha) {
-  std::vector<Indices> joined;  // lists of points that are in one component
-  std::vector<bool> used(points.size(), false);
-  const auto join = [&](const auto& list) {
-    joined.emplace_back(list.begin(), list.end());
-    for (const std::uint32_t i : list) used[i] = true;
-  };
-  for (const auto& triangle : AlphaTriangles(points, alpha)) join(triangle);
-  std::map<Eigen::Vector3d, Indices, Less<Eigen::Vector3d>> twins;
-  for (std::uint32_t i = 0; i < points.size(); ++i) twins[points[i]].push_back(i);
-  for (const auto& [position, same] : twins) {
-    if (used[same.front()]) join(same);
-  }
-  Indices first(points.size());  // of the component
-  std::iota(first.begin(), first.end(), 0u);
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (const Indices& list : joined) {
-      std::uint32_t low = first[list.front()];
-      for (const std::uint32_t i : list) low = std::min(low, first[i]);
-      for (const std::uint32_t i : list) {
-        changed = changed || first[i] != low;
-        first[i] = low;
-      }
-    }
-  }
-  std::map<std::uint32_t, int> size;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (used[i]) ++size[first[i]];
-  }
-  std::set<std::pair<int, std::uint32_t>> order;  // largest first, ties by first point
-  for (const auto& [low, n] : size) order.emplace(-n, low);
-  AlphaComponents result{std::vector<std::int32_t>(points.size(), -1),
-                         static_cast<std::int32_t>(order.size())};
-  std::map<std::uint32_t, std::int32_t> number;
-  for (const auto& [n, low] : order) number.emplace(low, static_cast<std::int32_t>(number.size()));
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (used[i]) result.component[i] = number.at(first[i]);
-  }
-  return result;
-}
-
 /// The triangles of points i as those of points order[i].
 std::vector<std::array<std::uint32_t, 3>> Renumbered(
     std::vector<std::array<std::uint32_t, 3>> triangles, const Indices& order) {
@@ -158,30 +113,6 @@ TEST_P(SeededAlpha, TheComplexOfNearTwinsDoesNotDependOnTheOrderOfThePoints) {
     EXPECT_EQ(AlphaTriangles(points, alpha), Renumbered(AlphaTriangles(shuffled, alpha), order))
         << alpha;
   }
-}
-
-TEST_P(SeededAlpha, ComponentsOfRandomAndDegenerateCloudsAreThoseOfTheComplex) {
-  base::Rng rng(GetParam());
-  Points points = samples::RandomPoints(rng.Index(400), 1.0, rng);
-  if (GetParam() % 4 == 1) {  // flat
-    for (Eigen::Vector3d& p : points) p.z() = 0.5;
-  }
-  if (GetParam() % 4 == 2) {  // on a grid, with duplicates
-    for (Eigen::Vector3d& p : points) p = (8.0 * p).array().round() / 8.0;
-  }
-  for (const double alpha : {0.02, 0.06, 0.1, 0.13, 0.2, 0.5, 3.0}) {
-    const AlphaComponents slow = SlowComponents(points, alpha);
-    const AlphaComponents found = FindAlphaComponents(points, alpha);
-    EXPECT_EQ(found.components, slow.components) << alpha;
-    EXPECT_EQ(found.component, slow.component) << alpha;
-  }
-}
-
-TEST(Alpha, TwinsShareAComponent) {
-  const Points points = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0},
-                         {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0}, {9.0, 9.0, 9.0}};
-  EXPECT_EQ(FindAlphaComponents(points, 1.0).component,
-            (std::vector<std::int32_t>{0, 0, 0, 0, 0, -1}));
 }
 
 TEST(Alpha, FlatAndTinyCloudsHaveTheirComplexToo) {

@@ -198,6 +198,14 @@ TEST(MeshSegmentation, OneStragglerDoesNotJoinWhatIsApart) {
   EXPECT_EQ(SegmentByMesh(objects.cloud.points, {}).size(), 2u);
 }
 
+TEST(MeshSegmentation, TwinsShareASegmentAndPointsWithoutATriangleHaveNone) {
+  SegmentOptions options;
+  options.drop_small_segments = false;
+  const Points points = {{0.0, 0.0, 0.0},   {0.004, 0.0, 0.0}, {0.0, 0.004, 0.0},
+                         {0.0, 0.0, 0.004}, {0.004, 0.0, 0.0}, {9.0, 9.0, 9.0}};
+  EXPECT_EQ(SegmentByMesh(points, options), (std::vector<Indices>{{0, 1, 2, 3, 4}}));
+}
+
 // Objects that touch, lean on or lie on each other are separated; objects of one piece are not.
 
 /// A sensor: its ray spacing [rad] and noise [m]; every `every_row`-th row of rays is kept.
