@@ -15,8 +15,6 @@
 #include <tuple>
 #include <utility>
 
-#include "geometry/graph.h"
-
 namespace rangegrasp::geometry {
 namespace {
 
@@ -141,22 +139,14 @@ double LoopLength(std::span<const Vector2d> points, const std::vector<std::uint3
 using EdgesFrom = std::map<std::uint32_t, std::vector<std::uint32_t>>;
 
 /// The directed edges of the triangles whose reverse is in no triangle, by start point, with
-/// ascending end points. O(n): a point has few edges, so searching them is faster than sorting all.
+/// ascending end points.
 EdgesFrom BoundaryEdges(const std::vector<Triangle>& triangles) {
-  std::uint32_t points = 0;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  edges.reserve(3 * triangles.size());
-  for (const Triangle& t : triangles) {
-    points = std::max(points, 1 + *std::ranges::max_element(t));
-    for (std::size_t i = 0; i < 3; ++i) edges.emplace_back(t[i], t[(i + 1) % 3]);
-  }
-  const Adjacency ends = MakeAdjacency(edges, points);
+  for (const auto& [a, b, c] : triangles) edges.insert(edges.end(), {{a, b}, {b, c}, {c, a}});
+  std::ranges::sort(edges);
   EdgesFrom from;
-  for (std::uint32_t a = 0; a < points; ++a) {
-    for (const auto b : ends.Of(a)) {
-      if (std::ranges::find(ends.Of(b), a) == ends.Of(b).end()) from[a].push_back(b);
-    }
-    if (const auto of_a = from.find(a); of_a != from.end()) std::ranges::sort(of_a->second);
+  for (const auto& [a, b] : edges) {
+    if (!std::ranges::binary_search(edges, std::pair(b, a))) from[a].push_back(b);
   }
   return from;
 }
