@@ -70,13 +70,15 @@ bool OverWorkspace(const robot::Robot& robot, const Eigen::Vector3d& p_W, double
          (robot.X_WWorkspace.inverse() * p_W).z() > 0.0;
 }
 
+// touching: minimum number of objects that the target touches.
+constexpr int kMinTouching = 2;
+
 // Why a settled arrangement of several objects is not acceptable.
 std::optional<Redraw> WrongAmongOthers(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner,
                                        const sim::World& world) {
-  const ClutterOptions& clutter = options.clutter;
   if (world.ObjectTop(0) <= OthersTop(world)) return Redraw::kNotHighest;
-  const int min_touching = options.arranger == kTouching ? clutter.min_touching : 1;
+  const int min_touching = options.arranger == kTouching ? kMinTouching : 1;
   if (Touching(world) < min_touching) return Redraw::kTouchesFew;
   // A box stays where it stands, even if the arm does not reach all of it.
   if (!world.container() && !OverWorkspace(robot, world.ObjectCenterOfMass(0), 0.0)) {
@@ -273,10 +275,6 @@ class ScatteredArranger : public WorldArranger {
       }
     }
     if (!AllInView(world)) return Redraw::kOutOfView;
-    if (clutter_.min_seen_share > 0.0 &&
-        internal::SeenShare(world, 0, robot_.X_WScanner, scanner_) < clutter_.min_seen_share) {
-      return Redraw::kHidden;
-    }
     trial.pose_class = rests.front().pose->label;
     trial.touching = Touching(world);
     return std::nullopt;
@@ -445,6 +443,8 @@ constexpr double kLook_s = 0.1;
 // touching: radius of the disc over which objects are dropped, an area two hands wide.
 constexpr double kTouchingRadius_m = 0.06;
 constexpr double kMouthRadius_m = 0.08;  // of the bag of a pile
+// Height of a hand, or of the bag's mouth above the pile, from which objects are dropped.
+constexpr double kHeapDrop_m = 0.03;
 // Time between the drops of two objects. By then the first one has left its place.
 constexpr double kInterval_s = 0.15;
 // Maximum number of times that objects which roll off are put back in one heap.
@@ -510,7 +510,7 @@ class Heap {
       Eigen::Vector3d shift = *middle_W - bounds.center();
       shift.z() = 0.0;
       const Eigen::AlignedBox3d there = bounds.translated(shift);
-      shift.z() = TopBelow(object, there) + clutter_.drop_height_m - there.min().z();
+      shift.z() = TopBelow(object, there) + kHeapDrop_m - there.min().z();
       world_.PlaceObject(object, base::MakePose(R_WO, robot_.X_WWorkspace.translation() + shift));
       return true;
     }
@@ -694,20 +694,16 @@ struct ClutterKey {
 
 // All but box_wall_mm, which belongs to the scene.
 const std::vector<ClutterKey>& ClutterKeys() {
-  static const std::vector<const char*> kHeaps = {kTouching, kBox, kPile};
   static const std::vector<const char*> kJudged = {kTouching, kSideBySide, kBox, kPile};
   static const std::vector<const char*> kAll = {kScattered, kTouching, kSideBySide, kBox, kPile};
   static const std::vector<const char*> kCounting = {kScattered, kTouching, kSideBySide};
   static const std::vector<ClutterKey> kKeys = {{"always", {kScattered}},
                                                 {"others", {kScattered}},
                                                 {"standing_share", {kScattered}},
-                                                {"min_seen_share", {kScattered}},
                                                 {"scatter_radius_mm", {kScattered}},
                                                 {"min_others", kCounting, true},
                                                 {"max_others", kCounting, true},
                                                 {"draw_others", {kBox, kPile}},
-                                                {"min_touching", {kTouching}},
-                                                {"drop_height_mm", kHeaps},
                                                 {"max_draws", kAll},
                                                 {"settle_limit_s", kAll},
                                                 {"rest_speed_mm_s", kJudged}};
@@ -752,12 +748,9 @@ void CheckArrangement(const base::YamlMap& map, const Options& options) {
   if (kind == kSingle) return;
   const auto lack = kind == kScattered ? LackOfScattered(options) : LackOfObjects(options);
   if (!lack.empty()) map.Fail("arrangement", lack);
-  const ClutterOptions& clutter = options.clutter;
-  if (kind == kTouching && clutter.min_touching > clutter.max_others) {
-    map.FailIn("clutter", "min_touching",
-               fmt::format("{} objects cannot touch the target if at most {} are next to it "
-                           "(clutter.max_others)",
-                           clutter.min_touching, clutter.max_others));
+  if (kind == kTouching && options.clutter.max_others < kMinTouching) {
+    map.FailIn("clutter", "max_others",
+               fmt::format("must be at least {}: so many objects touch the target", kMinTouching));
   }
   if (kind == kBox && !WorldOf(options, {}).container()) {
     map.Fail("arrangement", options.scene.string() +

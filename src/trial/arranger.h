@@ -27,11 +27,10 @@ enum class Redraw {
   kNotHighest,  ///< another object is higher than the target, or no drop of it ends lower
   kTouchesFew,  ///< the target touches too few other objects
   kDoesNotFit,  ///< an object is larger than the box, or there is no free place for it
-  kHidden,      ///< scattered: the others hide too much of the target
 };
-constexpr std::array<std::string_view, 11> WordsOf(Redraw) {
+constexpr std::array<std::string_view, 10> WordsOf(Redraw) {
   return {"not_at_rest", "other_pose",  "out_of_view", "out_of_reach", "left_table", "touches_arm",
-          "overlaps",    "not_highest", "touches_few", "does_not_fit", "hidden"};
+          "overlaps",    "not_highest", "touches_few", "does_not_fit"};
 }
 
 /// How often an arrangement was drawn again, by reason.

@@ -67,8 +67,6 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& b
   map.Read("standing_share", o.standing_share, 0.0, 1.0,
            "scattered: probability that the target and the objects of `always` stand upright; "
            "default: that of a drop");
-  map.Read("min_seen_share", o.min_seen_share, 0.0, 1.0,
-           "scattered: minimum visible share of the target, relative to the target alone");
   map.ReadScaled(
       "scatter_radius_mm", o.scatter_radius_m, kMm, 10.0, 1000.0,
       "scattered: maximum distance of the other objects from the middle of the workspace");
@@ -78,10 +76,6 @@ void ReadClutterOptions(YamlMap map, ClutterOptions& o, std::optional<double>& b
            "scattered, touching, side_by_side: maximum number of objects next to the target");
   map.Read("draw_others", o.draw_others,
            "box, pile: also draw the number of other objects at random; off: use all others");
-  map.Read("min_touching", o.min_touching, 0, 30,
-           "touching: minimum number of objects that the target touches");
-  map.ReadScaled("drop_height_mm", o.drop_height_m, kMm, 1.0, 300.0,
-                 "height above the objects below from which objects are dropped");
   std::optional<double> box_wall_mm;
   map.Read("box_wall_mm", box_wall_mm, 10.0, 500.0,
            "inner height of the walls of the scene's box; default: as in the scene");

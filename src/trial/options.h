@@ -27,13 +27,10 @@ struct ClutterOptions {
   std::vector<std::string> always;
   std::vector<std::string> others;       ///< empty: all rows' objects
   std::optional<double> standing_share;  ///< without it slender objects hardly ever stand
-  double min_seen_share = 0.0;
   double scatter_radius_m = 0.22;
   int min_others = 2;  ///< table 5.3: 2 to 5
   int max_others = 5;
   bool draw_others = false;  ///< table 5.6
-  int min_touching = 2;
-  double drop_height_m = 0.03;  ///< height of a hand, or of the bag's mouth above the pile
   int max_draws = 200;
   double settle_limit_s = 4.0;
   double rest_speed_m_s = 0.002;  ///< sim::World::Settle

@@ -238,25 +238,6 @@ TEST(Scattered, TargetsStandAsOftenAsTheyAreToldTo) {
   }
 }
 
-TEST(Scattered, ATargetThatIsHiddenIsDrawnAgain) {
-  constexpr int kTrials = 12;
-  const auto seen = [](const std::string& share, Redraws& redraws) {
-    const auto experiment = OpenScattered(
-        {"clutter.min_seen_share=" + share, "clutter.min_others=5", "clutter.max_others=5"});
-    int arranged = 0;
-    for (int index = 0; index < kTrials; ++index) {
-      arranged += ArrangeTrial(CellOf(*experiment.task), SpecFor("salt_cylinder", index), redraws)
-                      .has_value();
-    }
-    return arranged;
-  };
-  Redraws any, whole;
-  EXPECT_EQ(seen("0", any), kTrials);
-  EXPECT_FALSE(any.contains(Redraw::kHidden));
-  EXPECT_EQ(seen("0.98", whole), kTrials);
-  EXPECT_GT(whole[Redraw::kHidden], 0);
-}
-
 TEST(Scattered, NeedsEnoughOtherObjects) {
   EXPECT_THROW(OpenScattered({"clutter.max_others=6"}), base::InputError);
 }
@@ -319,17 +300,14 @@ TEST(Arranger, TooFewObjectsAreNamedWithTheKey) {
                          "it; list more, or lower clutter.min_others and clutter.max_others"));
 }
 
-TEST(Arranger, MoreTouchingObjectsThanThereAreOthersAreRefused) {
+TEST(Arranger, TouchingNeedsTwoOthers) {
   const auto error = [](const std::string& arrangement) {
     return testing_support::MessageOf([&] {
-      Open(arrangement, {"clutter.max_others=3", "clutter.min_touching=4"});
+      Open(arrangement, {"clutter.min_others=1", "clutter.max_others=1"});
     });
   };
-  EXPECT_THAT(error("touching"),
-              testing::HasSubstr("min_touching': 4 objects cannot touch the target if at most 3 "
-                                 "are next to it (clutter.max_others)"));
-  EXPECT_EQ(error("single"), "") << "only touching objects are counted";
-  EXPECT_NO_THROW(Open("touching", {"clutter.max_others=3", "clutter.min_touching=3"}));
+  EXPECT_THAT(error("touching"), testing::HasSubstr("max_others': must be at least 2"));
+  EXPECT_EQ(error("side_by_side"), "");
 }
 
 TEST(Arranger, WhatAnArrangementLacksIsNamedWithFileAndLine) {
@@ -422,7 +400,7 @@ TEST(Arranger, KeysThatAnArrangementDoesNotReadAreWarnedOf) {
           << arrangement << " " << key.path;
     }
   }
-  EXPECT_EQ(Ignored("pile", {"clutter.max_others=3", "clutter.drop_height_mm=40"}),
+  EXPECT_EQ(Ignored("pile", {"clutter.max_others=3", "clutter.max_draws=40"}),
             std::set<std::string>{"key 'clutter.max_others'"});
   EXPECT_TRUE(Ignored("pile", {"clutter.max_others=3", "clutter.draw_others=true"}).empty());
 }

@@ -3,13 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <span>
 
 #include "base/error.h"
 #include "base/units.h"
-#include "sensing/line_scanner.h"
 #include "trial/options.h"
 
 namespace rangegrasp::trial::internal {
@@ -28,45 +25,6 @@ Eigen::Vector3d PlaceInDisc(const base::Pose& X_WWorkspace, double radius_m, bas
 }
 
 namespace {
-
-// Maximum length of a piece of a triangle. Objects in front of another one hide larger areas.
-constexpr double kPiece_m = 0.015;
-
-/// Sample points of a surface that faces the laser, with the solid angle of each.
-struct Facing {
-  geometry::Points points_W;
-  std::vector<double> sizes;
-};
-
-/// Splits a triangle into n^2 equal pieces. The centers of those with the triangle's own
-/// orientation, n (n + 1) / 2, are the sample points and share its area equally.
-void AddPieces(const std::array<Eigen::Vector3d, 3>& corners_W, const Eigen::Vector3d& laser_W,
-               Facing& facing) {
-  const auto& [a, b, c] = corners_W;
-  const Eigen::Vector3d area_W = 0.5 * (b - a).cross(c - a);
-  const double longest_m = std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
-  const int n = std::max(1, static_cast<int>(std::ceil(longest_m / kPiece_m)));
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; i + j < n; ++j) {
-      const Eigen::Vector3d p_W = a + ((i + 1.0 / 3.0) * (b - a) + (j + 1.0 / 3.0) * (c - a)) / n;
-      const Eigen::Vector3d to_laser_W = laser_W - p_W;
-      const double size = area_W.dot(to_laser_W) / std::pow(to_laser_W.norm(), 3);
-      if (size <= 0.0) continue;
-      facing.points_W.push_back(p_W);
-      facing.sizes.push_back(size / (0.5 * n * (n + 1)));
-    }
-  }
-}
-
-double SeenSize(const Facing& facing, std::span<const sim::VisualMesh> meshes,
-                const base::Pose& X_WS, const sensing::LineScannerOptions& scanner) {
-  const auto states = sensing::ClassifySurface(facing.points_W, meshes, X_WS, scanner);
-  double size = 0.0;
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    if (states[i] == sensing::SurfaceState::kSeen) size += facing.sizes[i];
-  }
-  return size;
-}
 
 bool Sees(const sensing::LineScannerOptions& scanner, const Eigen::Vector3d& p_S) {
   const double pan = std::atan2(p_S.x(), p_S.z());
@@ -119,26 +77,6 @@ std::vector<int> OutOfView(const sim::World& world, const base::Pose& X_WS,
     unseen.push_back(static_cast<int>(visual.label) - 1);
   }
   return unseen;
-}
-
-double SeenShare(const sim::World& world, int object, const base::Pose& X_WS,
-                 const sensing::LineScannerOptions& scanner) {
-  const auto all = world.VisualMeshes();
-  std::vector<sim::VisualMesh> own;
-  Facing facing;
-  for (const auto& visual : all) {
-    if (visual.label != static_cast<std::uint32_t>(object) + 1) continue;
-    own.push_back(visual);
-    const auto& vertices_W = visual.mesh_W.vertices;
-    for (const auto& t : visual.mesh_W.triangles) {
-      AddPieces(
-          {vertices_W[static_cast<std::size_t>(t[0])], vertices_W[static_cast<std::size_t>(t[1])],
-           vertices_W[static_cast<std::size_t>(t[2])]},
-          X_WS.translation(), facing);
-    }
-  }
-  const double alone = SeenSize(facing, own, X_WS, scanner);
-  return alone > 0.0 ? SeenSize(facing, all, X_WS, scanner) / alone : 0.0;
 }
 
 Resting::Resting(const Options& options, const robot::Robot& robot,

@@ -32,11 +32,6 @@ void Shuffle(std::vector<T>& items, base::Rng& rng) {
 std::vector<int> OutOfView(const sim::World& world, const base::Pose& X_WS,
                            const sensing::LineScannerOptions& scanner);
 
-/// Visible share of an object's surface: the area that the scanner sees, divided by the area that
-/// it would see if the object were alone. Areas are solid angles from the laser.
-double SeenShare(const sim::World& world, int object, const base::Pose& X_WS,
-                 const sensing::LineScannerOptions& scanner);
-
 /// Draws resting poses of single objects on the table, with the frequencies of simulated drops.
 class Resting {
  public:
