@@ -259,8 +259,6 @@ void ReadGraspOptions(YamlMap map, DetectorOptions& all) {
   }
   map.ReadScaled("table_clearance_mm", options.table_clearance_m, kMm, 0.0, 50.0,
                  "minimum distance between hand and table");
-  map.Read("max_candidates", options.max_candidates, 1, 200,
-           "maximum number of grasps, best first");
   map.Read("power_only", options.power_only,
            "only power grasps, also of rotational objects, as for stereo data (section 5.3.2)");
   map.Read("approach", options.approach,

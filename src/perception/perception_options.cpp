@@ -1,21 +1,6 @@
 #include "perception/perception_options.h"
 
 namespace rangegrasp::perception {
-namespace {
-
-using base::kMm;
-using base::YamlMap;
-
-// Reads a length that adapts to the sensor unless the file gives it.
-void ReadLength(YamlMap& map, const std::string& key, AdaptiveLength& length, double low_mm,
-                double high_mm, const std::string& doc) {
-  double value_m = length;
-  map.ReadScaled(key, value_m, kMm, low_mm, high_mm,
-                 doc + "; default: larger for a noisier or coarser sensor");
-  if (map.Has(key)) length = value_m;
-}
-
-}  // namespace
 
 void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
   const auto adapt = [&](auto&... lengths) { (lengths.AdaptTo(sampling), ...); };
@@ -36,29 +21,11 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
         c.link_m, c.on_table_m);
 }
 
-void ReadOptions(YamlMap map, PerceptionOptions& options) {
+void ReadOptions(base::YamlMap map, PerceptionOptions& options) {
   map.Read("segmentation", options.segment.method, "segmentation of the points above the table");
-  map.Read("stated_noise", options.stated_noise,
-           "use the noise that the sensor states (a stereo camera); off: measure it");
-  map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
   map.Read("isolated_outliers", options.preprocess.isolated_outliers,
            "remove only isolated outliers; off: the test exactly as printed");
-  map.Read("smooth", options.preprocess.smooth, "smooth the points above the table");
-  ReadLength(map, "normal_radius_mm", options.preprocess.normal_radius_m, 1.0, 50.0,
-             "radius of the neighborhood for normal estimation");
-  ReadLength(map, "plane_distance_mm", options.preprocess.plane_distance_m, 0.2, 50.0,
-             "maximum distance of inliers from the table's plane");
-  ReadLength(map, "table_clearance_mm", options.preprocess.table_clearance_m, 0.0, 50.0,
-             "minimum height of object points above the table's plane");
-  auto& features = options.features;
-  map.Read("top_plane_share", features.top_plane_share, 0.0, 1.0,
-           "with higher_tops: minimum number of points of a higher plane, as a share of the "
-           "largest plane's points");
-  map.Read("open_stray_share", features.open_stray_share, 0.0, 1.0,
-           "with open_strays: maximum share of points in the sphere of an open object");
-  map.ReadScaled("min_footprint_mm", features.min_footprint_m, kMm, 0.0, 100.0,
-                 "with drop_needles: objects narrower than this in both directions are removed");
-  map.Read("containers", features.containers,
+  map.Read("containers", options.features.containers,
            "treat the walls of an open box as obstacles; off: as objects");
   base::ReadAdditions<PreprocessAdditions>(map, options.preprocess);
   base::ReadAdditions<SegmentAdditions>(map, options.segment);

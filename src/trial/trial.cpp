@@ -522,17 +522,7 @@ bool IsFinite(const sim::World& world) {
 }
 
 void ReadUser(base::YamlMap map, HandOverOptions& options) {
-  sim::UserOptions& user = options.user;
-  map.Read("wait_s", user.wait_s, 0.0, 60.0, "waiting time before the person pulls");
-  map.Read("force_n", user.force_N, 0.1, 200.0, "maximum force of the pull");
-  map.Read("rise_s", user.rise_s, 0.01, 10.0, "time in which the pull rises to its maximum");
-  map.Read("patience_s", user.patience_s, 0.0, 60.0,
-           "time after which the person stops an unsuccessful pull");
-  map.ReadScaled("draw_mm", user.draw_m, base::kMm, 20.0, 1000.0,
-                 "distance by which the person pulls the object away after release");
-  map.ReadScaled("spread_deg", options.pull_spread_rad, base::kDeg, 0.0, 90.0,
-                 "maximum angle between the random direction of the pull and the direction "
-                 "straight out of the open hand");
+  map.Read("force_n", options.user.force_N, 0.1, 200.0, "maximum force of the pull");
   map.Finish();
 }
 
