@@ -26,93 +26,80 @@ planning::PlanningScene SceneFrom(const Detection& detection) {
   return scene;
 }
 
-class PlannedMover : public Mover {
- public:
-  PlannedMover(const MoverOptions& options, double friction_cone_rad, const robot::Robot& robot)
-      : options_(options), friction_cone_rad_(friction_cone_rad), robot_(robot) {}
+// The free grasps that are expected to hold, or the others. Without sound_first, all count as
+// sound.
+geometry::Indices FreeGrasps(const Detection& detection, bool sound, const MoverOptions& options,
+                             double friction_cone_rad) {
+  return geometry::PositionsWhere(detection.grasps, [&](const DetectedGrasp& grasp) {
+    const bool holds =
+        !options.sound_first || (grasp.probability ? *grasp.probability >= kHolds
+                                                   : grasp.contact_angle_rad <= friction_cone_rad);
+    return !grasp.collides && holds == sound;
+  });
+}
 
-  Move Plan(const Detection& detection, const Eigen::VectorXd& q_start,
-            base::Rng& rng) const override {
-    const planning::PlanningScene seen = SceneFrom(detection);
-    const auto& unseen = detection.obstacles.unseen_C;
-    planning::PlanningScene all = seen;
-    all.obstacles_W.insert(all.obstacles_W.end(), unseen.begin(), unseen.end());
-    planning::Planner planner(robot_, options_.planning);
-    Move move;
-    for (const bool sound : {true, false}) {
-      const geometry::Indices grasps = Free(detection, sound);
-      const auto plan = [&](const planning::PlanningScene& scene, bool may_brush) {
-        if (move.plan || grasps.empty()) return false;
-        planner.SetScene(scene);
-        const int tried = move.tried;
-        move = PlanFirst(planner, detection, grasps, q_start, may_brush, rng);
-        move.tried += tried;
-        return move.plan.has_value();
-      };
-      plan(all, false);
-      if (options_.through_unseen && !unseen.empty() && plan(seen, false)) move.blind = true;
-      const auto& brushed = options_.through_unseen ? seen : all;
-      if (options_.brushing && !seen.obstacles_W.empty() && plan(brushed, true)) {
-        move.blind = options_.through_unseen && !unseen.empty();
-        move.brushes = true;
-      }
+Move PlanFirst(planning::Planner& planner, const Detection& detection,
+               std::span<const std::uint32_t> grasps, const Eigen::VectorXd& q_start,
+               bool may_brush, int max_plans, base::Rng& rng) {
+  Move move;
+  std::map<std::string, int> failures;
+  for (const auto i : grasps) {
+    if (move.tried == max_plans) break;
+    ++move.tried;
+    const DetectedGrasp& grasp = detection.grasps[i];
+    auto planned = planner.Plan({.q_start = q_start,
+                                 .X_WH = grasp.X_CH,
+                                 .approach_W = grasp.approach_C,
+                                 .opening_m = grasp.opening_m,
+                                 .closed_gap_m = grasp.width_m,
+                                 .may_brush = may_brush},
+                                rng);
+    if (planned.plan) {
+      move.plan = std::move(planned.plan);
+      move.grasp = i;
+      return move;
     }
-    return move;
+    ++failures[std::string(base::Word(planned.failure)) +
+               (planned.blocked_by.empty() ? "" : " (" + planned.blocked_by + ")")];
   }
-
- private:
-  // Without sound_first, all grasps count as sound.
-  geometry::Indices Free(const Detection& detection, bool sound) const {
-    return geometry::PositionsWhere(detection.grasps, [&](const DetectedGrasp& grasp) {
-      const bool holds = !options_.sound_first ||
-                         (grasp.probability ? *grasp.probability >= kHolds
-                                            : grasp.contact_angle_rad <= friction_cone_rad_);
-      return !grasp.collides && holds == sound;
-    });
+  std::vector<std::pair<std::string, int>> ranked(failures.begin(), failures.end());
+  std::ranges::stable_sort(ranked, std::greater{}, &std::pair<std::string, int>::second);
+  for (const auto& [word, count] : ranked) {
+    move.failures += fmt::format("{}{} x{}", move.failures.empty() ? "" : ", ", word, count);
   }
-
-  Move PlanFirst(planning::Planner& planner, const Detection& detection,
-                 std::span<const std::uint32_t> grasps, const Eigen::VectorXd& q_start,
-                 bool may_brush, base::Rng& rng) const {
-    Move move;
-    std::map<std::string, int> failures;
-    for (const auto i : grasps) {
-      if (move.tried == options_.max_plans) break;
-      ++move.tried;
-      const DetectedGrasp& grasp = detection.grasps[i];
-      auto planned = planner.Plan({.q_start = q_start,
-                                   .X_WH = grasp.X_CH,
-                                   .approach_W = grasp.approach_C,
-                                   .opening_m = grasp.opening_m,
-                                   .closed_gap_m = grasp.width_m,
-                                   .may_brush = may_brush},
-                                  rng);
-      if (planned.plan) {
-        move.plan = std::move(planned.plan);
-        move.grasp = i;
-        return move;
-      }
-      ++failures[std::string(base::Word(planned.failure)) +
-                 (planned.blocked_by.empty() ? "" : " (" + planned.blocked_by + ")")];
-    }
-    std::vector<std::pair<std::string, int>> ranked(failures.begin(), failures.end());
-    std::ranges::stable_sort(ranked, std::greater{}, &std::pair<std::string, int>::second);
-    for (const auto& [word, count] : ranked) {
-      move.failures += fmt::format("{}{} x{}", move.failures.empty() ? "" : ", ", word, count);
-    }
-    return move;
-  }
-
-  const MoverOptions& options_;
-  double friction_cone_rad_;
-  const robot::Robot& robot_;
-};
+  return move;
+}
 
 }  // namespace
 
-std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double friction_cone_rad,
-                                        const robot::Robot& robot) {
-  return std::make_unique<PlannedMover>(options, friction_cone_rad, robot);
+Move PlanMove(const Detection& detection, const Eigen::VectorXd& q_start,
+              const MoverOptions& options, double friction_cone_rad, const robot::Robot& robot,
+              base::Rng& rng) {
+  const planning::PlanningScene seen = SceneFrom(detection);
+  const auto& unseen = detection.obstacles.unseen_C;
+  planning::PlanningScene all = seen;
+  all.obstacles_W.insert(all.obstacles_W.end(), unseen.begin(), unseen.end());
+  planning::Planner planner(robot, options.planning);
+  Move move;
+  for (const bool sound : {true, false}) {
+    const geometry::Indices grasps = FreeGrasps(detection, sound, options, friction_cone_rad);
+    const auto plan = [&](const planning::PlanningScene& scene, bool may_brush) {
+      if (move.plan || grasps.empty()) return false;
+      planner.SetScene(scene);
+      const int tried = move.tried;
+      move = PlanFirst(planner, detection, grasps, q_start, may_brush, options.max_plans, rng);
+      move.tried += tried;
+      return move.plan.has_value();
+    };
+    plan(all, false);
+    if (options.through_unseen && !unseen.empty() && plan(seen, false)) move.blind = true;
+    const auto& brushed = options.through_unseen ? seen : all;
+    if (options.brushing && !seen.obstacles_W.empty() && plan(brushed, true)) {
+      move.blind = options.through_unseen && !unseen.empty();
+      move.brushes = true;
+    }
+  }
+  return move;
 }
 
 void ReadPlanningOptions(base::YamlMap map, MoverOptions& options, ObstacleOptions& obstacles) {

@@ -17,15 +17,6 @@ struct Move {
   std::string failures;
 };
 
-/// Stage 4: plans the arm's motions for the first object and tries its best grasps first.
-class Mover {
- public:
-  virtual ~Mover() = default;
-  /// @param q_start  current joint positions of the arm
-  virtual Move Plan(const Detection& detection, const Eigen::VectorXd& q_start,
-                    base::Rng& rng) const = 0;
-};
-
 /// Extensions of motion planning beyond the dissertation, whose planner gets the grasps in their
 /// order and keeps clear of everything (section 4.3). All off: one pass over the grasps.
 struct MoverAdditions {
@@ -52,9 +43,13 @@ struct MoverOptions : MoverAdditions {
   int max_plans = 24;  ///< grasps that are offered to the planner before the trial is given up
 };
 
-/// Inverse kinematics, straight lines and OMPL. The options and the robot must outlive it.
-std::unique_ptr<Mover> MakePlannedMover(const MoverOptions& options, double friction_cone_rad,
-                                        const robot::Robot& robot);
+/// Stage 4: plans the arm's motions for the first object and tries its best grasps first. Inverse
+/// kinematics, straight lines and OMPL.
+/// @param friction_cone_rad  contacts with a smaller angle hold (GraspOptions)
+/// @param q_start  current joint positions of the arm
+Move PlanMove(const Detection& detection, const Eigen::VectorXd& q_start,
+              const MoverOptions& options, double friction_cone_rad, const robot::Robot& robot,
+              base::Rng& rng);
 
 /// Reads all keys of the mapping `planning`: those of the mover, and those of its obstacles.
 /// @throws base::InputError

@@ -82,8 +82,7 @@ Cell::Cell(Options o)
       scanner(ScannerOf(options)),
       arranger(MakeArranger(options, robot, scanner)),
       sensor(FindSensor(options.sensor_type)->make(*this)),
-      detector(MakeDetector(options, robot)),
-      mover(grasp::MakePlannedMover(options, options.grasp.friction_cone_rad, robot)) {}
+      detector(MakeDetector(options, robot)) {}
 
 void Cell::Hide(const std::filesystem::path& folder) {
   const DetectorKind& kind = *FindDetector(options.detector);

@@ -10,7 +10,6 @@
 #include "geometry/observation.h"
 #include "geometry/plane.h"
 #include "grasp/detector.h"
-#include "grasp/mover.h"
 #include "robot/robot.h"
 #include "sensing/line_scanner.h"
 #include "sensing/range_sensor_options.h"
@@ -46,7 +45,7 @@ class Sensor {
 };
 
 /// Everything that the trials of an experiment share: the options, the robot, and the arranger,
-/// sensor, detector and mover. Made once, before processes are forked. It cannot be copied or
+/// sensor and detector. Made once, before processes are forked. It cannot be copied or
 /// moved, since its parts refer to it.
 struct Cell {
   /// @throws base::InputError for an invalid scene, sensor or object.
@@ -65,7 +64,6 @@ struct Cell {
   std::unique_ptr<Arranger> arranger;
   std::unique_ptr<Sensor> sensor;
   std::unique_ptr<Detector> detector;
-  std::unique_ptr<Mover> mover;
 };
 
 /// The cell's line scanner at its pose. The cell must outlive it.

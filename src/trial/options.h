@@ -36,11 +36,10 @@ struct ClutterOptions {
   double rest_speed_m_s = 0.002;  ///< sim::World::Settle
 };
 
-// The parts without access to ground truth are in a lower layer: grasp/detector.h, grasp/mover.h.
+// The parts without access to ground truth are in a lower layer: grasp/detector.h.
 using grasp::Detected;
 using grasp::Detector;
 using grasp::DetectorFailed;
-using grasp::Mover;
 using grasp::PlacesOf;
 using grasp::SceneObserver;
 using grasp::Turn;

@@ -99,7 +99,7 @@ void AddHand(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand, Vi
 
 // The executed grasp; if none was, the best collision-free one.
 const grasp::DetectedGrasp* ChosenOf(const Attempt& attempt) {
-  if (attempt.grasp) return &*attempt.grasp;
+  if (attempt.executed) return attempt.Grasp();
   const auto& grasps = attempt.detected.detection.grasps;
   const auto best = std::ranges::find(grasps, false, &grasp::DetectedGrasp::collides);
   return best == grasps.end() ? nullptr : &*best;

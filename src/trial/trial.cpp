@@ -262,14 +262,16 @@ class AttemptRun {
   void Move() {
     base::Rng rng = Stream("plan");
     Begin("plan");
-    const grasp::Move move = cell_.mover->Plan(result_.detected.detection, q_start_, rng);
+    const grasp::Move move =
+        grasp::PlanMove(result_.detected.detection, q_start_, cell_.options,
+                        cell_.options.grasp.friction_cone_rad, cell_.robot, rng);
     Timed("plan");
     result_.plans = move.tried;
     result_.blind = move.blind;
     result_.brushes = move.brushes;
     if (!move.plan) return End(Outcome::kNoPath, move.failures);
     result_.executed = move.grasp;
-    Execute(*move.plan, result_.detected.detection.grasps[move.grasp]);
+    Execute(*move.plan);
   }
 
   // Detects, and keeps the detection unless one from fewer views has a better best grasp.
@@ -328,11 +330,11 @@ class AttemptRun {
     return false;
   }
 
-  void Execute(const planning::PickPlan& plan, const grasp::DetectedGrasp& grasp) {
+  void Execute(const planning::PickPlan& plan) {
     base::Rng rng = Stream("execute");
     const std::vector<Eigen::Vector3d> before_W = CentersOf(world_);
     Begin("execute");
-    result_.grasp = grasp;
+    const grasp::DetectedGrasp& grasp = *result_.Grasp();
     const grasp::GraspSelector* selector = grasp::FindGraspSelector(cell_.options.take);
     const bool firm =
         (selector && selector->firm) || grasp.contact_angle_rad > cell_.options.firm_from_rad;
@@ -468,6 +470,7 @@ Attempt RunAttempt(const Cell& cell, sim::World& world, const AttemptOptions& op
 
 ordered_json JsonOf(const Attempt& attempt) {
   const grasp::Detection& detection = attempt.detected.detection;
+  const grasp::DetectedGrasp* chosen = attempt.Grasp();
   ordered_json json = {
       {"scan_points", attempt.scan_points},
       {"object_points", attempt.detected.kept},
@@ -478,7 +481,7 @@ ordered_json JsonOf(const Attempt& attempt) {
       {"plans", attempt.plans},
       {"blind", attempt.blind},
       {"brushes", attempt.brushes},
-      {"grasp_type", attempt.grasp ? std::string(base::Word(attempt.grasp->type)) : std::string()},
+      {"grasp_type", chosen ? std::string(base::Word(chosen->type)) : std::string()},
       {"detected", attempt.accepted},
       {"text",
        {{"detected", attempt.text.detected},
@@ -487,7 +490,7 @@ ordered_json JsonOf(const Attempt& attempt) {
       {"others_moved", attempt.others.moved},
       {"others_left_table", attempt.others.left_table},
       {"others_brought", attempt.others.brought},
-      {"log", attempt.log ? JsonOf(*attempt.log, *attempt.grasp) : ordered_json::object()}};
+      {"log", attempt.log ? JsonOf(*attempt.log, *chosen) : ordered_json::object()}};
   for (const LookRecord& look : attempt.looks) json["looks"].push_back(JsonOf(look));
   return json;
 }

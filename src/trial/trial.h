@@ -96,16 +96,20 @@ struct Attempt {
   std::size_t scan_points = 0;
   std::vector<LookRecord> looks = {};  ///< scans from the wrist
   Detected detected = {};
-  std::optional<int> target = {};                  ///< ground truth: the object of the attempt
-  bool accepted = false;                           ///< detected, with a collision-free grasp
-  int plans = 0;                                   ///< grasps that the mover tried to plan
-  bool blind = false;                              ///< grasp::Move
-  bool brushes = false;                            ///< grasp::Move
-  std::optional<grasp::DetectedGrasp> grasp = {};  ///< the grasp that was executed
-  std::optional<std::size_t> executed = {};        ///< its position in the detection's grasps
+  std::optional<int> target = {};            ///< ground truth: the object of the attempt
+  bool accepted = false;                     ///< detected, with a collision-free grasp
+  int plans = 0;                             ///< grasps that the mover tried to plan
+  bool blind = false;                        ///< grasp::Move
+  bool brushes = false;                      ///< grasp::Move
+  std::optional<std::size_t> executed = {};  ///< position in the detection's grasps
   std::optional<sim::ExecutionLog> log = {};
   OthersVerdict others = {};
   std::vector<std::pair<std::string, double>> seconds = {};  ///< by stage
+
+  /// The grasp that was executed; null if none was.
+  const grasp::DetectedGrasp* Grasp() const {
+    return executed ? &detected.detection.grasps[*executed] : nullptr;
+  }
 };
 
 /// Stages 2 to 6: scans, detects, plans, executes, judges. Failures are outcomes, not exceptions.

@@ -26,9 +26,11 @@ class MoverTest : public testing::Test {
     in_the_way_ = geometry::samples::BoxMesh(Eigen::Vector3d::Constant(0.05),
                                              detection_.grasps.front().X_CH.translation());
   }
-  grasp::Move Plan() const {
+  grasp::Move Plan() const { return Plan(cell_.options); }
+  grasp::Move Plan(const grasp::MoverOptions& options) const {
     base::Rng rng(1);
-    return cell_.mover->Plan(detection_, cell_.robot.home, rng);
+    return grasp::PlanMove(detection_, cell_.robot.home, options,
+                           cell_.options.grasp.friction_cone_rad, cell_.robot, rng);
   }
   // Rates whether a grasp holds, by its probability or by its contact angle.
   void Rate(bool holds, bool learned, grasp::DetectedGrasp& grasp) const {
@@ -91,16 +93,10 @@ TEST_F(MoverTest, WithoutItsAdditionsTakesTheFirstGraspAndKeepsClearOfUnseenSpac
   }
   grasp::MoverOptions options = cell_.options;
   base::SwitchAll<grasp::MoverAdditions>(false, options);
-  const auto mover =
-      grasp::MakePlannedMover(options, cell_.options.grasp.friction_cone_rad, cell_.robot);
-  const auto plan = [&] {
-    base::Rng rng(1);
-    return mover->Plan(detection_, cell_.robot.home, rng);
-  };
-  EXPECT_EQ(plan().grasp, 0u);
+  EXPECT_EQ(Plan(options).grasp, 0u);
   EXPECT_NE(Plan().grasp, 0u);
   detection_.obstacles.unseen_C = {in_the_way_};
-  EXPECT_FALSE(plan().plan);
+  EXPECT_FALSE(Plan(options).plan);
 }
 
 }  // namespace

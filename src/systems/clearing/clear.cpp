@@ -225,7 +225,7 @@ class Run {
     if (step.felt) {
       tried_.Taken(FirstSamples(attempt));
     } else {
-      tried_.Failed(FirstSamples(attempt), attempt.grasp->X_CH);
+      tried_.Failed(FirstSamples(attempt), attempt.Grasp()->X_CH);
     }
     tried_.SceneChanged();
     idle_ = 0;

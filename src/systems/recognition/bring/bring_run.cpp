@@ -276,14 +276,14 @@ class Run {
       attempt.user = trial::UserOf(options_.hand_over, setup_.cell.robot, attempt.seed);
     }
     step.attempt = trial::RunAttempt(setup_.cell, world_, attempt);
-    if (step.attempt.grasp) {
-      step.grasp = step.attempt.grasp->name;
+    if (const auto* chosen = step.attempt.Grasp()) {
+      step.grasp = chosen->name;
       if (found && step.grasp.empty()) {
         step.why_not_named =
             WhyNotNamed(setup_.grasps.at(found->object), use, step.attempt.detected.detection);
       }
       if (wanted) {
-        executed_W_.push_back(step.attempt.grasp->X_CH);
+        executed_W_.push_back(chosen->X_CH);
         step.asked_upright = found && grasp::IsUpright(setup_.grasps.at(found->object), found->X_CB,
                                                        known_.scene.table.plane.normal);
       }

@@ -46,9 +46,9 @@ Attempt TryByHandle(int index) {
 TEST(TakeByHandle, ACupIsTakenByIt) {
   const Attempt attempt = TryByHandle(5);
   EXPECT_EQ(attempt.outcome, Outcome::kDelivered);
-  ASSERT_TRUE(attempt.grasp);
-  EXPECT_EQ(attempt.grasp->name, "handle");
-  EXPECT_LT(attempt.grasp->width_m, 0.013);  // the bar is 9.4 mm thick, the body 82 mm
+  ASSERT_TRUE(attempt.Grasp());
+  EXPECT_EQ(attempt.Grasp()->name, "handle");
+  EXPECT_LT(attempt.Grasp()->width_m, 0.013);  // the bar is 9.4 mm thick, the body 82 mm
 }
 
 TEST(TakeByHandle, IsRefusedWithAReasonWhereItIsOutOfSight) {

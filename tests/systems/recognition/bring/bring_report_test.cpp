@@ -18,7 +18,8 @@ Step StepWith(const std::string& grasp, double lean_rad, bool upright) {
   step.at_wanted = true;
   step.grasp = grasp;
   step.asked_upright = upright;
-  step.attempt.grasp.emplace();
+  step.attempt.detected.detection.grasps.emplace_back();
+  step.attempt.executed = 0;
   step.attempt.log.emplace();
   step.attempt.log->lean_rad = lean_rad;
   return step;
