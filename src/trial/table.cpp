@@ -530,8 +530,6 @@ const std::vector<double> kSlipEnds_mm = {1, 2, 5, 10, 20, 50};
 const std::vector<double> kTiltEnds_deg = {1, 2, 5, 10, 20, 45};
 const std::vector<double> kTenths_percent = {10, 20, 30, 40, 50, 60, 70, 80, 90};
 
-std::string BinTitle(int bin) { return fmt::format("{:.2f}", bin * kFrictionBin); }
-
 // Data of a record that counts as detected.
 struct Tried {
   Data data;
@@ -601,71 +599,11 @@ auto WordBin(const char* key) {
   };
 }
 
-std::optional<int> FrictionBin(const Data& data) {
+Bin FrictionBin(const Data& data) {
   const auto friction = data.find("friction");
   if (friction == data.end() || !friction->is_number()) return std::nullopt;
-  return static_cast<int>(std::floor(friction->get<double>() / kFrictionBin + kRounding));
-}
-
-// An object, and delivered / detected for each bin of the friction.
-using FrictionCurve = std::pair<std::string, std::map<int, Count>>;
-
-// Trials with an undetected target are left out, since the hand did not touch it.
-std::vector<FrictionCurve> FrictionCurvesOf(const std::vector<std::string>& objects,
-                                            const std::vector<Record>& records) {
-  std::map<std::string, std::map<int, Count>> bins;
-  for (const Record& record : records) {
-    const auto data = DataOf(record);
-    const auto bin = FrictionBin(data);
-    if (!bin || !data.value("detected", false)) continue;
-    Add(record.result.outcome == kDelivered, bins[record.which.group][*bin]);
-  }
-  std::vector<FrictionCurve> curves;
-  for (const std::string& object : objects) curves.emplace_back(object, bins[object]);
-  return curves;
-}
-
-// One row per object, and one for all objects. Has no rows if the trials of each object are in one
-// bin (friction was not drawn).
-Grid GridOf(std::vector<FrictionCurve> rows) {
-  const auto is_one_bin = [](const FrictionCurve& curve) { return curve.second.size() < 2; };
-  if (std::ranges::all_of(rows, is_one_bin)) return {};
-  std::map<int, Count> all;
-  for (const auto& [object, bins] : rows) {
-    for (const auto& [bin, count] : bins) {
-      all[bin].k += count.k;
-      all[bin].n += count.n;
-    }
-  }
-  std::vector<Column<FrictionCurve>> columns = {
-      {"static friction from", "", &FrictionCurve::first, experiment::kLeft}};
-  for (const auto& [bin, count] : all) {
-    columns.push_back({BinTitle(bin), "", [bin = bin](const FrictionCurve& row) {
-                         const auto found = row.second.find(bin);
-                         if (found == row.second.end()) return std::string("-");
-                         return fmt::format("{}/{}", found->second.k, found->second.n);
-                       }});
-  }
-  rows.emplace_back("all", std::move(all));
-  Grid grid = experiment::GridOf(columns, rows);
-  grid.total = true;
-  return grid;
-}
-
-// JSON array of {"object", "bins": [{"low", "high", "detected", "delivered"}]}.
-ordered_json JsonOf(const std::vector<FrictionCurve>& curves) {
-  auto json = ordered_json::array();
-  for (const auto& [object, of_object] : curves) {
-    auto bins = ordered_json::array();
-    for (const auto& [bin, count] : of_object) {
-      bins.push_back({{"low", bin * kFrictionBin},
-                      {"high", (bin + 1) * kFrictionBin},
-                      {"detected", count.n},
-                      {"delivered", count.k}});
-    }
-    json.push_back({{"object", object}, {"bins", bins}});
-  }
-  return json;
+  const int bin = static_cast<int>(std::floor(friction->get<double>() / kFrictionBin + kRounding));
+  return {{bin, fmt::format("{:.2f}", bin * kFrictionBin)}};
 }
 
 // A number of the execution's log, if the record has it.
@@ -753,19 +691,10 @@ experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& recor
   const Table table = BuildTable(stamp, records);
   experiment::Report report;
   report.sections.push_back({"", GridOf(table)});
-  const auto objects = base::Split(experiment::Need(stamp.identity, "groups"), ',');
-  const std::vector<FrictionCurve> curves = FrictionCurvesOf(objects, records);
   report.notes = {PooledLine(table), OthersLine(table), TimesLine(table)};
-  if (Grid by_friction = GridOf(curves); !by_friction.rows.empty()) {
-    report.sections.push_back(
-        {"Delivered / detected by static friction between hand and object, in bins of 0.05",
-         by_friction});
-  }
   if (table.overall.text_detection.count.n > 0) report.notes.push_back(TextNote(table));
   if (table.p_threshold > 0.0) report.notes.push_back(ComparisonLine(table));
-  ordered_json json = JsonOf(table);
-  json["friction_curve"] = JsonOf(curves);
-  report.json = json.dump();
+  report.json = JsonOf(table).dump();
   report.csv = CsvGridOf(table);
   report.published = FiguresOf(table);
   return report;
@@ -793,12 +722,7 @@ std::vector<Chart> ChartsOf(const Stamp& stamp, const std::vector<Record>& recor
       DeliveredChart(tried, "Delivered by resting pose", "resting pose", WordBin("pose_class")),
       DeliveredChart(tried, "Delivered by kind of grasp", "kind of grasp", WordBin("grasp_type")),
       DeliveredChart(tried, "Delivered by friction",
-                     "static friction of the glove on the object, from",
-                     [](const Data& data) -> Bin {
-                       const auto bin = FrictionBin(data);
-                       if (!bin) return std::nullopt;
-                       return {{*bin, BinTitle(*bin)}};
-                     }),
+                     "static friction of the glove on the object, from", FrictionBin),
       DeliveredChart(tried, "Delivered by slip", "slip in the hand while it held, mm",
                      LogBin("/log/slip_in_hand_m", base::kMmPerM, kSlipEnds_mm)),
       DeliveredChart(tried, "Delivered by tilt", "turn in the hand while it held, degrees",

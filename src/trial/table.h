@@ -72,7 +72,7 @@ bool IsBelowPublished(const Table& table, const Row& row);
 /// @throws base::InputError if the reference in the stamp is not a published table.
 Table BuildTable(const experiment::Stamp& stamp, const std::vector<experiment::Record>& records);
 
-/// The same table, ready to print, and one of the rates by static friction if it was drawn.
+/// The same table, ready to print.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records);
 

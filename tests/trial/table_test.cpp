@@ -1,6 +1,5 @@
 #include "trial/table.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -391,53 +390,6 @@ Record RecordOf(const std::string& object, const std::string& outcome, const std
   return record;
 }
 
-Record Trial(const std::string& object, double friction, bool detected,
-             const std::string& outcome) {
-  return RecordOf(object, outcome,
-                  fmt::format(R"({{"friction":{},"detected":{}}})", friction, detected));
-}
-
-// The report of trials of a prism and a box, of which no figures are published.
-experiment::Report FrictionReport(const std::vector<Record>& records) {
-  experiment::Stamp stamp;
-  stamp.identity["groups"] = "prism,box";
-  return ReportOf(stamp, records);
-}
-
-TEST(FrictionCurve, CountsTheDetectedByBins) {
-  const auto report = FrictionReport(
-      {Trial("prism", 0.50, true, "dropped"), Trial("prism", 0.549, true, "delivered"),
-       Trial("prism", 0.55, true, "delivered"), Trial("prism", 0.56, false, "not_segmented"),
-       Trial("box", 0.60, true, "invalid_physics"), Trial("box", 0.5, true, "delivered")});
-  // 0.60 / 0.05 is slightly below 12.
-  const auto& grid = report.sections.at(1).grid;
-  const std::vector<std::vector<std::string>> rows = {
-      {"prism", "1/2", "1/1", "-"}, {"box", "1/1", "-", "0/1"}, {"all", "2/3", "1/1", "0/1"}};
-  EXPECT_EQ(grid.header,
-            (std::vector<std::string>{"static friction from", "0.50", "0.55", "0.60"}));
-  EXPECT_EQ(grid.rows, rows);
-
-  const auto json = nlohmann::json::parse(report.json)["friction_curve"];
-  EXPECT_EQ(json[0]["object"], "prism");
-  EXPECT_NEAR(json[0]["bins"][0]["low"].get<double>(), 0.50, 1e-12);
-  EXPECT_EQ(json[0]["bins"][0]["detected"], 2);
-  EXPECT_EQ(json[0]["bins"][0]["delivered"], 1);
-}
-
-TEST(FrictionCurve, ThereIsNoneWhereFrictionWasNotDrawn) {
-  const auto report =
-      FrictionReport({Trial("prism", 0.6, true, "dropped"), Trial("prism", 0.6, true, "delivered"),
-                      Trial("box", 0.5, true, "delivered")});
-  EXPECT_EQ(report.sections.size(), 1u);
-}
-
-TEST(FrictionCurve, ATrialThatDiedBeforeItsDrawIsLeftOut) {
-  Record died = Trial("box", 0.6, true, "crashed");
-  died.result.data = "{}";
-  const auto json = nlohmann::json::parse(FrictionReport({died}).json)["friction_curve"];
-  EXPECT_TRUE(json[1]["bins"].empty());
-}
-
 using experiment::Chart;
 
 experiment::Stamp StampOf() {
@@ -464,7 +416,7 @@ TEST(ChartsOf, CountsByObjectPoseGraspFrictionAndSlip) {
                    "log":{"slip_in_hand_m":0.003,"tilt_in_hand_rad":1.5,
                           "grasp":{"probability":0.87}}})"),
       RecordOf("can", "no_path",
-               R"({"detected":true,"pose_class":"side","grasp_type":"","friction":0.61,"log":{}})"),
+               R"({"detected":true,"pose_class":"side","grasp_type":"","friction":0.6,"log":{}})"),
       RecordOf("can", "not_segmented", R"({"detected":false,"pose_class":"side","friction":0.9})"),
       RecordOf("can", "crashed", "{}")};
   const auto charts = ChartsOf(StampOf(), records);
@@ -490,6 +442,7 @@ TEST(ChartsOf, CountsByObjectPoseGraspFrictionAndSlip) {
 
   const Chart* friction = Find(charts, "Delivered by friction");
   ASSERT_TRUE(friction);
+  // 0.6 / 0.05 is slightly below 12.
   EXPECT_EQ(friction->labels, (std::vector<std::string>{"0.50", "0.60"}));
 
   const Chart* slip = Find(charts, "Delivered by slip");
