@@ -7,6 +7,6 @@ namespace rangegrasp::testing_support {
 inline constexpr const char* kShippedCell =
     "scene: " RANGEGRASP_SOURCE_DIR "/scenes/tabletop.xml\nsensor: " RANGEGRASP_SOURCE_DIR
     "/models/sensors/line_scanner.yaml\n"
-    "object_folder: " RANGEGRASP_SOURCE_DIR "/models/objects\n";
+    "object_folders: [" RANGEGRASP_SOURCE_DIR "/models/objects]\n";
 
 }  // namespace rangegrasp::testing_support

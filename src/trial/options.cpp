@@ -200,17 +200,10 @@ std::vector<fs::path> ReadObjectFolders(YamlMap& map) {
   const auto resolved = [&](const std::string& path) {
     return (map.file().parent_path() / path).lexically_normal();
   };
-  fs::path only = resolved("../models/objects");
-  map.ReadPath("object_folder", only, "folder with NAME/NAME.xml for every object");
   std::vector<std::string> names;
   map.Read("object_folders", names,
-           "several such folders, relative to the file; of two objects with the same name the "
-           "first is used; the program's own objects are also found; not with object_folder");
-  if (names.empty()) return {only};
-  if (map.Has("object_folder")) {
-    map.Fail("object_folders",
-             "cannot be used with object_folder: remove that key, or add its folder to this list");
-  }
+           "folders with NAME/NAME.xml for every object, relative to the file; of two objects with "
+           "the same name the first is used; the program's own objects are also found");
   std::vector<fs::path> folders;
   for (const std::string& name : names) {
     folders.push_back(resolved(name));
@@ -336,34 +329,16 @@ sim::ObjectModel ObjectModelOf(const Options& options, const std::string& object
 
 std::string MissingObject(const std::vector<std::string>& objects, const Options& options) {
   for (const std::string& object : objects) {
-    const auto mjcf = ObjectModelOf(options, object).mjcf;
-    if (fs::is_regular_file(mjcf)) continue;
-    const std::string nearest = base::Suggestion(object, KnownObjects(options));
-    const auto& folders = options.object_folders;
-    if (folders.size() > 1) {
-      return fmt::format("no object '{0}' (no {0}/{0}.xml in {1}){2}", object,
-                         fmt::join(folders | std::views::transform(&fs::path::native), ", "),
-                         nearest);
-    }
+    if (fs::is_regular_file(ObjectModelOf(options, object).mjcf)) continue;
     return fmt::format(
-        "no object '{}' (no file {}){}; object_folders: [FOLDER] finds the program's objects "
-        "(`rangegrasp list objects`) as well",
-        object, mjcf.string(), nearest);
+        "no object '{0}' (no {0}/{0}.xml in {1}){2}; object_folders: [FOLDER] finds your own",
+        object, fmt::join(options.object_folders | std::views::transform(&fs::path::native), ", "),
+        base::Suggestion(object, KnownObjects(options)));
   }
   return "";
 }
 
 void CheckObjects(const YamlMap& map, const Options& options) {
-  const auto& folders = options.object_folders;
-  if (folders.size() == 1 && !fs::is_directory(folders.front())) {
-    const std::string none = "no folder " + folders.front().string();
-    if (map.Has("object_folder")) {
-      map.Fail("object_folder", none + " (it must contain NAME/NAME.xml for every object)");
-    }
-    map.Fail("objects", none +
-                            " (default of object_folder); for the program's own objects write "
-                            "object_folders: [.], for yours the folder with NAME/NAME.xml");
-  }
   std::set<std::string> seen;
   for (const std::string& object : options.objects) {
     if (!seen.insert(object).second) map.Fail("objects", "names '" + object + "' twice");

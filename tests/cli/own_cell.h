@@ -25,8 +25,8 @@ class OwnCell : public testing::Test {
                       kSource + "/scenes");
     scene_ = Replaced(scene_, "seven_joints.xml", "arm.xml");
     experiment_ = "name: own\nscene: scene.xml\nsensor: " + kSource +
-                  "/models/sensors/line_scanner.yaml\nobject_folder: " + kSource +
-                  "/models/objects\nobjects: [salt_cylinder, salt_cuboid]\ntrials_per_object: 3\n";
+                  "/models/sensors/line_scanner.yaml\nobjects: [salt_cylinder, "
+                  "salt_cuboid]\ntrials_per_object: 3\n";
   }
   std::string Write() {
     folder_.Write("arm.xml", arm_);

@@ -278,7 +278,7 @@ TEST(AsDrawn, AnObjectThatTipsOverIsNamedWithItsAngle) {
     const auto file = folder.Write("e.yaml", "scene: " RANGEGRASP_SOURCE_DIR
                                              "/scenes/tabletop.xml\nsensor: " RANGEGRASP_SOURCE_DIR
                                              "/models/sensors/line_scanner.yaml\n"
-                                             "object_folder: objects\nobjects: [own]\n"
+                                             "object_folders: [objects]\nobjects: [own]\n"
                                              "as_drawn: true\n");
     return testing_support::ErrorOf([&] { experiment::OpenExperiment(file, {}); });
   };

@@ -146,7 +146,6 @@ TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
       {good_ + "trials_per_object: many\n", 5, "'many'"},
       {good_ + "arrangement: piled\n", 5, "single"},
       {good_ + "reference: none.csv\n", 5, "none.csv"},
-      {good_ + "object_folder: ../scenes/table.xml\n", 5, "'object_folder'"},
       {good_ + "physics: 3\n", 5, "'physics'"},
       {good_ + "physics:\n  timestep_ms: 100\n", 6, "from 0.1 to 4"},
       {good_ + "physics:\n  timestep: 1\n", 6, "nearest valid key: 'timestep_ms'"},
@@ -164,8 +163,6 @@ TEST_F(OptionsTest, WhatIsWrongIsNamedWithFileLineAndKey) {
       {no_objects_ + "objects: []\n", 4, "is an empty list"},
       {good_ + "object_folders: []\n", 5, "is an empty list"},
       {good_ + "object_folders: [../mine]\n", 5, "no folder '../mine'"},
-      {good_ + "object_folder: ../models/objects\nobject_folders: [../models/objects]\n", 6,
-       "cannot be used with object_folder"},
       {no_objects_ + "objects: [mog]\n", 4, "nearest: 'mug'"},
       {good_ + "clutter:\n  always: [mug]\n  others: [box, mog]\n", 7,
        "key 'others': no object 'mog'"},
@@ -193,18 +190,6 @@ TEST_F(OptionsTest, ObjectsComeFromSeveralFoldersAndShippedOnesByName) {
   EXPECT_THAT(error, HasSubstr("nearest: 'duck'"));
   EXPECT_THAT(error, HasSubstr("no duk/duk.xml in " + (folder_ / "mine").string() + ", " +
                                (folder_ / "yours").string()));
-  EXPECT_THAT(error, testing::Not(HasSubstr("object_folders: [FOLDER]")));
-}
-
-TEST_F(OptionsTest, AFolderThatTheFileDoesNotNameIsTheDefault) {
-  std::filesystem::rename(folder_ / "models/objects", folder_ / "mine");
-  EXPECT_THAT(
-      ErrorOf(good_),
-      AllOf(HasSubstr("e.yaml:4: key 'objects': no folder " + (folder_ / "models").string()),
-            HasSubstr("(default of object_folder); for the program's own objects write "
-                      "object_folders: [.], for yours the folder with NAME/NAME.xml")));
-  EXPECT_THAT(ErrorOf(good_ + "object_folder: ../yours\n"),
-              testing::Not(HasSubstr("object_folders")));
 }
 
 // Without a models/objects folder next to it, the experiment finds the program's objects.
@@ -221,11 +206,6 @@ TEST_F(OptionsTest, TheSceneHashFollowsSurfaces) {
   const std::string without = SceneHash(e);
   folder_.Write("models/objects/surfaces.yaml", "rubber: {}");
   EXPECT_NE(SceneHash(e), without);
-}
-
-TEST_F(OptionsTest, AMissingObjectFolderIsNamed) {
-  std::filesystem::remove_all(folder_ / "models/objects");
-  EXPECT_THAT(ErrorOf(good_), HasSubstr((folder_ / "models/objects").string()));
 }
 
 TEST_F(OptionsTest, AMissingFileIsNamed) {

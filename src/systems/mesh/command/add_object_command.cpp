@@ -82,7 +82,7 @@ std::vector<std::string> LiftTest(const fs::path& objects, const std::string& na
       {"name", "lift_test"},
       {"scene", (data / "scenes/tabletop.xml").string()},
       {"sensor", (data / "models/sensors/line_scanner.yaml").string()},
-      {"object_folder", objects.string()},
+      {"object_folders", nlohmann::ordered_json::array({objects.string()})},
       {"objects", nlohmann::ordered_json::array({name})},
       {"trials_per_object", trials}};
   base::WriteFile(file, experiment.dump(2) + "\n");  // which is YAML

@@ -53,7 +53,7 @@ TEST(Bring, CheckNamesKnownGraspsThatTheHandDoesNotOpenFor) {
   const auto file = folder.Write(
       "own.yaml",
       "task: bring\nname: own\nscene: " + source + "/scenes/tabletop.xml\nsensor: " + source +
-          "/models/sensors/line_scanner.yaml\nobject_folder: objects\n" + "objects: [slab]\n");
+          "/models/sensors/line_scanner.yaml\nobject_folders: [objects]\nobjects: [slab]\n");
   const auto ran = Succeeded(RunProgram({"check", file}));
   EXPECT_THAT(ran.out, HasSubstr("grasp 'along': its width_mm is 200, but the hand opens only "));
   EXPECT_THAT(ran.out, HasSubstr("it is never used"));
@@ -93,7 +93,6 @@ class RecognizeTest : public testing::Test {
     base::WriteFile(
         file, "name: scan\ntask: grasping\nscene: " + Path("scenes/tabletop.xml") +
                   "\narrangement: single\nsensor: " + Path("models/sensors/line_scanner.yaml") +
-                  "\nobject_folder: " + Path("models/objects") +
                   "\nobjects: [dextrose]\ncolor: " + (color ? "true" : "false") + "\n");
     const auto cloud = (folder_ / (color ? "colored.pcd" : "plain.pcd")).string();
     const auto ran = RunProgram({"scan", file.string(), "-o", cloud});
