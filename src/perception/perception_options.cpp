@@ -1,6 +1,15 @@
 #include "perception/perception_options.h"
 
 namespace rangegrasp::perception {
+namespace {
+
+/// The area of the smallest segment, and bounds of its number of points: with fewer, nothing can be
+/// concluded.
+constexpr double kSegment_m2 = 3.4e-4;
+constexpr int kMinSegmentPoints = 8;
+constexpr int kMaxSegmentPoints = SegmentOptions().min_points;
+
+}  // namespace
 
 void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
   const auto adapt = [&](auto&... lengths) { (lengths.AdaptTo(sampling), ...); };
@@ -11,7 +20,12 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
   CompletionOptions& c = f.completion;
   adapt(p.preselection_m, p.plane_distance_m, p.table_clearance_m, p.filter_unit_m, p.filter_keep_m,
         p.smooth_radius_m, p.normal_radius_m);
-  adapt(s.min_alpha_m, s.max_alpha_m, s.min_points);
+  adapt(s.min_alpha_m, s.max_alpha_m);
+  if (sampling.spacing_m > 0.0) {
+    const double points = kSegment_m2 / (sampling.spacing_m * sampling.spacing_m);
+    s.min_points = std::clamp(static_cast<int>(std::min(points, 1.0 * kMaxSegmentPoints)),
+                              kMinSegmentPoints, kMaxSegmentPoints);
+  }
   adapt(s.convexity.link_m, s.convexity.patch_m, s.convexity.step_m);
   adapt(f.top.plane_distance_m, f.top.slab_m, f.top.rim_alpha_m, f.top.bridged_rim_alpha_m);
   adapt(f.circle.distance_m, f.axis.section_m, f.axis.max_sunk_m, f.axis.lid_distance_m);

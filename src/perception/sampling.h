@@ -83,32 +83,4 @@ class AdaptiveLength {
   bool given_ = false;
 };
 
-/// A number of points that stands for an area of surface: fewer if the sensor is coarser. An
-/// assigned value is not adapted.
-class AdaptiveCount {
- public:
-  /// @param min  with fewer points nothing can be concluded
-  constexpr AdaptiveCount(int published, double area_m2, int min)
-      : count_(published), published_(published), area_m2_(area_m2), min_(min) {}
-  AdaptiveCount& operator=(int count) {
-    count_ = count;
-    given_ = true;
-    return *this;
-  }
-  constexpr operator int() const { return count_; }  // NOLINT: it is a count
-
-  void AdaptTo(const Sampling& sampling) {
-    if (given_ || !(sampling.spacing_m > 0.0)) return;
-    const double points = area_m2_ / (sampling.spacing_m * sampling.spacing_m);
-    count_ = std::clamp(static_cast<int>(std::min(points, 1.0 * published_)), min_, published_);
-  }
-
- private:
-  int count_;
-  int published_;
-  double area_m2_;
-  int min_;
-  bool given_ = false;
-};
-
 }  // namespace rangegrasp::perception

@@ -348,7 +348,7 @@ double Togetherness(const Patch& a, const Patch& b, const Border& border,
 
 /// The segments with enough points, largest first, ties by first point.
 std::vector<Indices> LargestFirst(std::vector<Indices> segments, const SegmentOptions& options) {
-  const int min_points = options.drop_small_segments ? std::max<int>(options.min_points, 1) : 1;
+  const int min_points = options.drop_small_segments ? std::max(options.min_points, 1) : 1;
   std::erase_if(segments, [&](const Indices& one) { return std::ssize(one) < min_points; });
   std::ranges::sort(segments, {},
                     [](const Indices& one) { return std::pair(-std::ssize(one), one.front()); });

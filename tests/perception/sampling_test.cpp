@@ -108,17 +108,12 @@ TEST(AdaptiveLength, GrowsWithWhatItStandsForAndIsNeverBelowThePublishedValue) {
   EXPECT_EQ(length, 0.004) << "what is given stays";
 }
 
-TEST(AdaptiveCount, IsAnAreaOfCoarserPointsBetweenItsBounds) {
-  AdaptiveCount count{40, 4e-4, 8};
-  count.AdaptTo({.spacing_m = 0.001});
-  EXPECT_EQ(count, 40);
-  count.AdaptTo({.spacing_m = 0.005});
-  EXPECT_EQ(count, 16);
-  count.AdaptTo({.spacing_m = 0.02});
-  EXPECT_EQ(count, 8);
-  count = 3;
-  count.AdaptTo({.spacing_m = 0.001});
-  EXPECT_EQ(count, 3);
+TEST(AdaptLengths, SegmentsOfACoarserScannerHaveFewerPoints) {
+  PerceptionOptions options;
+  for (const auto& [spacing_m, points] : {std::pair{0.001, 40}, {0.005, 13}, {0.02, 8}}) {
+    AdaptLengths({.spacing_m = spacing_m}, options);
+    EXPECT_EQ(options.segment.min_points, points);
+  }
 }
 
 // This is the scanner that the published lengths were chosen for, so no published length may
