@@ -46,71 +46,6 @@ bool PutFirst(const Turn& turn, Scene& scene) {
   return true;
 }
 
-/// Fills in the output of both detectors here.
-void HandOver(const Scene& scene, std::span<const Grasp> grasps, Obstacles obstacles,
-              Detected& detected) {
-  detected.segments = static_cast<int>(scene.segments.size());
-  detected.detection = DetectionFrom(scene, grasps);
-  detected.detection.obstacles = std::move(obstacles);
-  detected.kept = scene.cloud.size();
-}
-
-class DissertationDetector : public Detector {
- public:
-  DissertationDetector(const DetectorOptions& options, const robot::Robot& robot,
-                       SceneObserver observer)
-      : options_(options),
-        robot_(robot),
-        selector_(FindGraspSelector(options.take)),
-        observer_(std::move(observer)) {
-    const auto score = ScoreModelOf(options);
-    if (!score.empty() && !selector_) score_.emplace(score);
-  }
-
-  Detected Detect(const Observation& observation, base::Rng& rng, const Turn& turn) const override {
-    Detected detected;
-    base::Stopwatch watch;
-    Scene scene = perception::Perceive(observation, options_.perception, rng,
-                                       WorkspaceOf(robot_, options_.workspace_margin_m));
-    detected.seconds.emplace_back("perceive", watch.Restart());
-    for (const auto& [step, seconds] : scene.seconds) {
-      detected.seconds.emplace_back("perceive: " + step, seconds);
-    }
-    detected.has_turn = PutFirst(turn, scene);
-    Obstacles obstacles;
-    std::vector<Grasp> grasps;
-    if (selector_ && selector_->prepare) selector_->prepare(scene);
-    if (detected.has_turn && !scene.objects.empty()) {
-      obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
-      detected.seconds.emplace_back("obstacles", watch.Restart());
-      if (selector_) {
-        auto selected =
-            selector_->plan(scene, 0, robot_.hand(), options_.grasp, obstacles.measured_C);
-        grasps = std::move(selected.grasps);
-        detected.why_none = std::move(selected.why_none);
-      } else {
-        grasps =
-            PlanGrasps(scene, 0, robot_.hand(), Arm(robot_), options_.grasp, obstacles.measured_C);
-      }
-      if (score_) score_->Rank(observation, scene, 0, robot_.hand(), grasps);
-      detected.seconds.emplace_back("grasp", watch.Restart());
-    }
-    if (observer_) observer_(scene, grasps, observation);
-    HandOver(scene, grasps, std::move(obstacles), detected);
-    if (selector_) {
-      for (DetectedGrasp& grasp : detected.detection.grasps) grasp.name = selector_->word;
-    }
-    return detected;
-  }
-
- private:
-  const DetectorOptions& options_;
-  const robot::Robot& robot_;
-  const GraspSelector* selector_;    ///< null: anywhere
-  std::optional<ScoreModel> score_;  ///< absent: by rules
-  SceneObserver observer_;
-};
-
 /// Clusters with fewer points are noise, as for segments (SegmentOptions::min_points).
 constexpr std::size_t kMinClusterPoints = 40;
 
@@ -126,39 +61,86 @@ void AddClusters(double link_m, Scene& scene) {
   std::ranges::stable_sort(scene.objects, std::ranges::greater(), &PerceivedObject::height_m);
 }
 
-class StraightDownDetector : public Detector {
+/// The dissertation's detector, or the baseline.
+class OwnDetector : public Detector {
  public:
-  StraightDownDetector(const DetectorOptions& options, const robot::Robot& robot,
-                       SceneObserver observer)
-      : options_(options), robot_(robot), observer_(std::move(observer)) {}
+  OwnDetector(const DetectorOptions& options, const robot::Robot& robot, bool straight_down,
+              SceneObserver observer)
+      : options_(options),
+        robot_(robot),
+        straight_down_(straight_down),
+        selector_(straight_down ? nullptr : FindGraspSelector(options.take)),
+        observer_(std::move(observer)) {
+    const auto score = ScoreModelOf(options);
+    if (!score.empty() && !straight_down && !selector_) score_.emplace(score);
+  }
 
   Detected Detect(const Observation& observation, base::Rng& rng, const Turn& turn) const override {
     Detected detected;
     base::Stopwatch watch;
-    Scene scene = perception::PerceiveTable(observation, options_.perception, rng,
-                                            WorkspaceOf(robot_, options_.workspace_margin_m));
-    AddClusters(options_.obstacles.link_gaps * GapOf(scene), scene);
-    detected.has_turn = PutFirst(turn, scene);
+    Scene scene = SceneOf(observation, rng);
     detected.seconds.emplace_back("perceive", watch.Restart());
+    for (const auto& [step, seconds] : scene.seconds) {
+      detected.seconds.emplace_back("perceive: " + step, seconds);
+    }
+    detected.has_turn = PutFirst(turn, scene);
     Obstacles obstacles;
     std::vector<Grasp> grasps;
+    if (selector_ && selector_->prepare) selector_->prepare(scene);
     if (detected.has_turn && !scene.objects.empty()) {
       obstacles = ObstaclesOfViews(scene, 0, observation, options_.obstacles);
-      const auto& points_C = scene.objects.front().completed_C;
-      for (const Proposal& way : ProposeStraightDown(points_C, scene.table.plane)) {
-        grasps.push_back(PlaceHand(way, robot_.hand(), options_.grasp));
-      }
-      CheckProposals(scene, 0, robot_.hand(), options_.grasp, obstacles.measured_C, grasps);
+      detected.seconds.emplace_back("obstacles", watch.Restart());
+      grasps = GraspsOf(scene, obstacles, detected);
+      if (score_) score_->Rank(observation, scene, 0, robot_.hand(), grasps);
+      detected.seconds.emplace_back("grasp", watch.Restart());
     }
-    detected.seconds.emplace_back("grasp", watch.Restart());
     if (observer_) observer_(scene, grasps, observation);
-    HandOver(scene, grasps, std::move(obstacles), detected);
+    detected.segments = static_cast<int>(scene.segments.size());
+    detected.detection = DetectionFrom(scene, grasps);
+    detected.detection.obstacles = std::move(obstacles);
+    detected.kept = scene.cloud.size();
+    if (selector_) {
+      for (DetectedGrasp& grasp : detected.detection.grasps) grasp.name = selector_->word;
+    }
     return detected;
   }
 
  private:
+  Scene SceneOf(const Observation& observation, base::Rng& rng) const {
+    const auto workspace = WorkspaceOf(robot_, options_.workspace_margin_m);
+    if (!straight_down_) {
+      return perception::Perceive(observation, options_.perception, rng, workspace);
+    }
+    Scene scene = perception::PerceiveTable(observation, options_.perception, rng, workspace);
+    AddClusters(options_.obstacles.link_gaps * GapOf(scene), scene);
+    return scene;
+  }
+
+  // The first object's grasps.
+  std::vector<Grasp> GraspsOf(const Scene& scene, const Obstacles& obstacles,
+                              Detected& detected) const {
+    const robot::HandModel& hand = robot_.hand();
+    const auto& measured_C = obstacles.measured_C;
+    if (straight_down_) {
+      std::vector<Grasp> grasps;
+      const auto& points_C = scene.objects.front().completed_C;
+      for (const Proposal& way : ProposeStraightDown(points_C, scene.table.plane)) {
+        grasps.push_back(PlaceHand(way, hand, options_.grasp));
+      }
+      CheckProposals(scene, 0, hand, options_.grasp, measured_C, grasps);
+      return grasps;
+    }
+    if (!selector_) return PlanGrasps(scene, 0, hand, Arm(robot_), options_.grasp, measured_C);
+    auto selected = selector_->plan(scene, 0, hand, options_.grasp, measured_C);
+    detected.why_none = std::move(selected.why_none);
+    return std::move(selected.grasps);
+  }
+
   const DetectorOptions& options_;
   const robot::Robot& robot_;
+  bool straight_down_;
+  const GraspSelector* selector_;    ///< null: anywhere
+  std::optional<ScoreModel> score_;  ///< absent: by rules
   SceneObserver observer_;
 };
 
@@ -232,13 +214,13 @@ Points PlacesOf(const Observation& observation) {
 std::unique_ptr<Detector> MakeDissertationDetector(const DetectorOptions& options,
                                                    const robot::Robot& robot,
                                                    SceneObserver observer) {
-  return std::make_unique<DissertationDetector>(options, robot, std::move(observer));
+  return std::make_unique<OwnDetector>(options, robot, false, std::move(observer));
 }
 
 std::unique_ptr<Detector> MakeStraightDownDetector(const DetectorOptions& options,
                                                    const robot::Robot& robot,
                                                    SceneObserver observer) {
-  return std::make_unique<StraightDownDetector>(options, robot, std::move(observer));
+  return std::make_unique<OwnDetector>(options, robot, true, std::move(observer));
 }
 
 void ReadGraspOptions(YamlMap map, DetectorOptions& all) {
