@@ -104,26 +104,6 @@ void VisitSwitches(Options& o, const auto& visit) {
   visit("planning.", static_cast<grasp::MoverAdditions&>(o));
 }
 
-// Differences between the methods that are not switches.
-struct MethodValue {
-  MethodDifference key;
-  void (*set)(bool improved, Options& options);
-};
-const std::vector<MethodValue>& MethodValues() {
-  static const std::vector<MethodValue> kValues = {
-      {{"perception.segmentation", "the mesh of section 5.1.2 joins touching objects", "convexity",
-        "mesh"},
-       [](bool improved, Options& o) {
-         o.perception.segment.method =
-             improved ? perception::SegmentOptions().method : perception::SegmentMethod::kMesh;
-       }},
-      {{"grasp.score", "ranks grasps by the predicted probability of delivery", "learned", "rules"},
-       [](bool improved, Options& o) {
-         o.score = improved ? Options().score : grasp::ScoreKind::kRules;
-       }}};
-  return kValues;
-}
-
 // Reads a word, or a map whose keys are read by the detector with keys.
 void ReadDetector(YamlMap& map, Options& o) {
   o.detector = kDissertation;
@@ -233,7 +213,9 @@ std::vector<base::Finding> FindingsOf(const Options& options) {
 void SetMethod(MethodKind method, Options& options) {
   const bool on = method == MethodKind::kImproved;
   VisitSwitches(options, [&](const char*, auto& switches) { base::SwitchAll(on, switches); });
-  for (const MethodValue& value : MethodValues()) value.set(on, options);
+  options.perception.segment.method =
+      on ? perception::SegmentOptions().method : perception::SegmentMethod::kMesh;
+  options.score = on ? Options().score : grasp::ScoreKind::kRules;
   options.method = method;
 }
 
@@ -245,7 +227,10 @@ std::vector<MethodDifference> MethodDifferences() {
       keys.push_back({prefix + std::string(row.key), std::string(row.doc)});
     }
   });
-  for (const MethodValue& value : MethodValues()) keys.push_back(value.key);
+  keys.push_back({"perception.segmentation", "the mesh of section 5.1.2 joins touching objects",
+                  "convexity", "mesh"});
+  keys.push_back(
+      {"grasp.score", "ranks grasps by the predicted probability of delivery", "learned", "rules"});
   return keys;
 }
 
