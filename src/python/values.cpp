@@ -88,20 +88,7 @@ base::Pose PoseFrom(const Matrix4& X, const char* name) {
 }
 
 nb::object ObjectOf(const nlohmann::ordered_json& json) {
-  if (json.is_null()) return nb::none();
-  if (json.is_boolean()) return nb::bool_(json.get<bool>());
-  if (json.is_number_unsigned()) return nb::int_(json.get<std::uint64_t>());
-  if (json.is_number_integer()) return nb::int_(json.get<std::int64_t>());
-  if (json.is_number()) return nb::float_(json.get<double>());
-  if (json.is_string()) return nb::str(json.get_ref<const std::string&>().c_str());
-  if (json.is_array()) {
-    nb::list list;
-    for (const auto& item : json) list.append(ObjectOf(item));
-    return list;
-  }
-  nb::dict dict;
-  for (const auto& [key, value] : json.items()) dict[key.c_str()] = ObjectOf(value);
-  return dict;
+  return nb::module_::import_("json").attr("loads")(json.dump());
 }
 
 nb::dict DictOf(const geometry::Observation& observation,

@@ -38,7 +38,8 @@ Array ArrayOf(const geometry::Points& points);  ///< n x 3
 /// @throws std::invalid_argument (ValueError) naming the argument unless it is a rigid motion
 base::Pose PoseFrom(const Matrix4& X, const char* name);
 
-/// Converts JSON to None, numbers, strings, lists and dictionaries.
+/// Converts JSON to None, numbers, strings, lists and dictionaries. A number that is not finite
+/// becomes None, as in records.
 nb::object ObjectOf(const nlohmann::ordered_json& json);
 
 /// A scan without ground truth: {"views": [{"points", "noise", "colors", "X_WV"}]}.
