@@ -105,6 +105,10 @@ Move PlanMove(const Detection& detection, const Eigen::VectorXd& q_start,
 void ReadPlanningOptions(base::YamlMap map, MoverOptions& options, ObstacleOptions& obstacles) {
   base::ReadAdditions<ObstacleAdditions>(map, obstacles);
   base::ReadAdditions<MoverAdditions>(map, options);
+  planning::PlanOptions& plan = options.planning;
+  map.ReadScaled("approach_mm", plan.approach_m, base::kMm, 20.0, 400.0,
+                 "length of the straight approach before the grasp");
+  map.ReadScaled("lift_mm", plan.lift_m, base::kMm, 100.0, 400.0, "height of the lift");
   map.Finish();
 }
 

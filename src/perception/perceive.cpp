@@ -34,6 +34,10 @@ std::string NoTable(PointSpan points, const PreprocessOptions& options, base::Rn
 
 /// Fills the scene's source and outliers from the points above the table.
 void FilterPoints(const Indices& above, const PreprocessOptions& options, Scene& scene) {
+  if (!options.filter) {
+    scene.source = above;
+    return;
+  }
   for (const auto k : CompressionRateFilter(Select(scene.points_C, above),
                                             {options.isolated_outliers, options.repeated_filter,
                                              options.filter_unit_m, options.filter_keep_m})) {
@@ -190,7 +194,7 @@ Scene Perceive(const Observation& observation, const PerceptionOptions& given, b
   scene.cloud.points = Select(scene.points_C, scene.source);
   scene.seconds.emplace_back("filter", watch.Restart());
 
-  if (!scene.source.empty()) {
+  if (options.preprocess.smooth && !scene.source.empty()) {
     scene.cloud.points = Smooth(scene.cloud.points, options.preprocess.smooth_radius_m);
   }
   scene.seconds.emplace_back("smooth", watch.Restart());

@@ -3,11 +3,23 @@
 namespace rangegrasp::perception {
 namespace {
 
+using base::kMm;
+using base::YamlMap;
+
 /// The area of the smallest segment, and bounds of its number of points: with fewer, nothing can be
 /// concluded.
 constexpr double kSegment_m2 = 3.4e-4;
 constexpr int kMinSegmentPoints = 8;
 constexpr int kMaxSegmentPoints = SegmentOptions().min_points;
+
+// Reads a length that adapts to the sensor unless the file gives it.
+void ReadLength(YamlMap& map, const std::string& key, AdaptiveLength& length, double low_mm,
+                double high_mm, const std::string& doc) {
+  double value_m = length;
+  map.ReadScaled(key, value_m, kMm, low_mm, high_mm,
+                 doc + "; default: larger for a noisier or coarser sensor");
+  if (map.Has(key)) length = value_m;
+}
 
 }  // namespace
 
@@ -35,10 +47,18 @@ void AdaptLengths(const Sampling& sampling, PerceptionOptions& options) {
         c.link_m, c.on_table_m);
 }
 
-void ReadOptions(base::YamlMap map, PerceptionOptions& options) {
+void ReadOptions(YamlMap map, PerceptionOptions& options) {
   map.Read("segmentation", options.segment.method, "segmentation of the points above the table");
+  map.Read("filter", options.preprocess.filter, "remove outliers by the compression rate");
   map.Read("isolated_outliers", options.preprocess.isolated_outliers,
            "remove only isolated outliers; off: the test exactly as printed");
+  map.Read("smooth", options.preprocess.smooth, "smooth the points above the table");
+  ReadLength(map, "normal_radius_mm", options.preprocess.normal_radius_m, 1.0, 50.0,
+             "radius of the neighborhood for normal estimation");
+  ReadLength(map, "plane_distance_mm", options.preprocess.plane_distance_m, 0.2, 50.0,
+             "maximum distance of inliers from the table's plane");
+  ReadLength(map, "table_clearance_mm", options.preprocess.table_clearance_m, 0.0, 50.0,
+             "minimum height of object points above the table's plane");
   map.Read("containers", options.features.containers,
            "treat the walls of an open box as obstacles; off: as objects");
   base::ReadAdditions<PreprocessAdditions>(map, options.preprocess);

@@ -26,7 +26,7 @@ constexpr std::array<base::Addition<PreprocessAdditions>, 5> AdditionsOf(
       {"repeated_filter", &A::repeated_filter,
        "repeat the outlier filter until it finds none: far outliers hide nearer ones"},
       {"neighborhood_normals", &A::neighborhood_normals,
-       "estimate normals from the points within 5 mm or more; off: from the faces of the "
+       "estimate normals from the points within normal_radius_mm; off: from the faces of the "
        "segments' mesh"},
       {"widened_normals", &A::widened_normals,
        "with neighborhood_normals: enlarge the neighborhood if its points all lie on one line"},
@@ -65,6 +65,7 @@ struct PreprocessOptions : PreprocessAdditions {
   /// A table of 200,000 points leaves a few dozen above five deviations where noise grows with
   /// distance; less cuts objects.
   AdaptiveLength table_clearance_m{0.004, {.noises = 5.0}};
+  bool filter = true;  ///< the compression-rate filter, eq. 4.5-4.9
   /// Eq. 4.8 and 4.9 remove a point only if it is isolated, too. This is not an extension, but a
   /// reading of the text: as printed, they would remove a large part of a scan
   /// (CompressionRateFilter), and the dissertation removed 38 of 22,377 points.
@@ -74,7 +75,8 @@ struct PreprocessOptions : PreprocessAdditions {
   /// A point with a neighbor this near is no outlier. 0: as published, but the filter then removes
   /// half of an evenly sampled surface, where d_a, d_k and all distances are alike. Larger: strays.
   AdaptiveLength filter_keep_m{0.0, {.spacings = 1.3}};
-  /// Of the average filter (section 5.1.1). Reaches the eight neighbors of an even scan. Larger rounds edges, so it grows with noise only.
+  bool smooth = true;  ///< the average filter (section 5.1.1)
+  /// Reaches the eight neighbors of an even scan. Larger rounds edges, so it grows with noise only.
   AdaptiveLength smooth_radius_m{0.003, {.noises = 3.0}};
   /// Radius for the normals (sections 4.2.2, 5.1.1): ten points of an even scan.
   AdaptiveLength normal_radius_m{0.005, {.noises = 5.0, .spacings = 1.7}};

@@ -112,9 +112,10 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
             "physics: {timestep_ms: 1, friction: high, "
             "glove_friction: 0.4}\n"
             "hand: {initial_force_n: 30, max_force_n: 60, slip_control: false}\n"
-            "perception: {segmentation: region_growing, containers: false}\n"
+            "perception: {segmentation: region_growing, filter: false, smooth: false, "
+            "normal_radius_mm: 6, plane_distance_mm: 3, table_clearance_mm: 5}\n"
             "grasp: {preshape: false, pitches: false, table_clearance_mm: 6}\n"
-            "planning: {brushing: false}\n"));
+            "planning: {approach_mm: 150, lift_mm: 250, brushing: false}\n"));
   EXPECT_EQ(e.trials_per_object, 3);
   EXPECT_EQ(e.max_plans, 5);
   EXPECT_DOUBLE_EQ(e.workspace_margin_m, 0.2);
@@ -126,10 +127,16 @@ TEST_F(OptionsTest, EveryKeyArrivesInItsOptionInSiUnits) {
   EXPECT_EQ(e.hand.max_force_N, 60.0);
   EXPECT_FALSE(e.hand.slip_control);
   EXPECT_EQ(e.perception.segment.method, perception::SegmentMethod::kRegionGrowing);
-  EXPECT_FALSE(e.perception.features.containers);
+  EXPECT_FALSE(e.perception.preprocess.filter);
+  EXPECT_FALSE(e.perception.preprocess.smooth);
+  EXPECT_DOUBLE_EQ(e.perception.preprocess.normal_radius_m, 0.006);
+  EXPECT_DOUBLE_EQ(e.perception.preprocess.plane_distance_m, 0.003);
+  EXPECT_DOUBLE_EQ(e.perception.preprocess.table_clearance_m, 0.005);
   EXPECT_FALSE(e.grasp.preshape);
   EXPECT_FALSE(e.grasp.pitches);
   EXPECT_DOUBLE_EQ(e.grasp.table_clearance_m, 0.006);
+  EXPECT_DOUBLE_EQ(e.planning.approach_m, 0.15);
+  EXPECT_DOUBLE_EQ(e.planning.lift_m, 0.25);
   EXPECT_FALSE(e.brushing);
 }
 
