@@ -4,12 +4,10 @@
 #include <benchmark/benchmark.h>
 
 #include <map>
-#include <stdexcept>
 
 #include "base/stopwatch.h"
 #include "cylinders/detect.h"
 #include "cylinders/task/tabletop_scan.h"
-#include "pcl_bridge/cloud.h"
 #include "pcl_bridge/pcl_segmentation.h"
 
 namespace rangegrasp::bench {
@@ -37,55 +35,37 @@ geometry::Observation TabletopOf(std::int64_t field_deg) {
 }
 
 struct PclCylinderSeconds {
-  double plane = 0.0, filter = 0.0, normals = 0.0, clusters = 0.0, cylinders = 0.0;
+  double normals = 0.0, clusters = 0.0, cylinders = 0.0;
 
-  double Sum() const { return plane + filter + normals + clusters + cylinders; }
+  double Sum() const { return normals + clusters + cylinders; }
 };
 
-geometry::Indices Above(geometry::PointSpan points, const geometry::Plane& plane) {
-  constexpr double kClearance_m = 0.004;  // same as perception's
-  geometry::Indices above;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (plane.Distance(points[i]) > kClearance_m) above.push_back(i);
-  }
-  return above;
-}
-
-/// Times SACSegmentation for the plane, StatisticalOutlierRemoval, NormalEstimation,
-/// EuclideanClusterExtraction, and SACSegmentation for a cylinder in every cluster. The conversion
-/// of the points is not counted.
-PclCylinderSeconds RunPcl(geometry::PointSpan points, const Eigen::Vector3d& origin) {
-  const pcl_bridge::Cloud all(points, origin);
+/// Times NormalEstimation, EuclideanClusterExtraction, and SACSegmentation for a cylinder in every
+/// cluster.
+PclCylinderSeconds RunPcl(const geometry::Points& above, const Eigen::Vector3d& origin) {
   PclCylinderSeconds seconds;
   base::Stopwatch watch;
-  const auto plane = pcl_bridge::FitPlane(all);
-  if (!plane) throw std::runtime_error("the cloud has no plane");
-  const auto above = all.Select(Above(points, plane->plane));
-  seconds.plane = watch.Restart();
-  const auto kept = above.Select(pcl_bridge::StatisticalFilter(above));
-  seconds.filter = watch.Restart();
-  pcl_bridge::EstimateNormals(kept);
+  const auto normals = pcl_bridge::EstimateNormals(above, origin);
   seconds.normals = watch.Restart();
-  const auto clusters = pcl_bridge::EuclideanClusters(kept);
+  const auto clusters = pcl_bridge::EuclideanClusters(above, origin);
   seconds.clusters = watch.Restart();
   for (const auto& cluster : clusters) {
-    // The cluster's normals are those of its points. They are computed again outside the timing.
-    const auto part = kept.Select(cluster);
-    const auto normals = pcl_bridge::EstimateNormals(part);
+    const auto part = geometry::Select(above, cluster);
+    const auto part_normals = geometry::Select(normals, cluster);
     watch.Restart();
-    benchmark::DoNotOptimize(
-        pcl_bridge::FitCylinder(part, normals, {.min_radius_m = 0.02, .max_radius_m = 0.03}));
+    benchmark::DoNotOptimize(pcl_bridge::FitCylinder(part, origin, part_normals,
+                                                     {.min_radius_m = 0.02, .max_radius_m = 0.03}));
     seconds.cylinders += watch.Restart();
   }
   return seconds;
 }
 
-// Argument: the sensor's field of view [deg]. Counters: milliseconds of our steps and of PCL, and
-// the ratio ours / PCL.
+// Argument: the sensor's field of view [deg]. Counters: milliseconds of our steps and of PCL, which
+// gets the points that our filter kept, and the ratio of all of ours to PCL's.
 void DetectCylindersBesidePcl(benchmark::State& state) {
   const geometry::Observation observation = TabletopOf(state.range(0));
   const geometry::RangeImage& image = observation.views.front().image;
-  const geometry::Points points = geometry::ToCloud(image).points;
+  const std::size_t points = geometry::ToCloud(image).points.size();
   std::map<std::string, double> ours;
   double sum_s = 0.0;
   double pcl_s = 0.0;
@@ -101,7 +81,7 @@ void DetectCylindersBesidePcl(benchmark::State& state) {
     for (const auto& [step, seconds] : scene.seconds) ours[step] += seconds;
     found = scene.cylinders.size();
     above = scene.cloud.size();
-    pcl = RunPcl(points, image.origins_C.front());
+    pcl = RunPcl(scene.cloud.points, image.origins_C.front());
     pcl_s += pcl.Sum();
   }
   auto& c = state.counters;
@@ -112,7 +92,7 @@ void DetectCylindersBesidePcl(benchmark::State& state) {
   c["pcl_ms"] = Counter(pcl_s * 1e3, Counter::kAvgIterations);
   c["pcl_last_cylinders_ms"] = pcl.cylinders * 1e3;
   c["ratio"] = sum_s / pcl_s;
-  c["points"] = static_cast<double>(points.size());
+  c["points"] = static_cast<double>(points);
   c["above"] = static_cast<double>(above);
   c["found"] = static_cast<double>(found);
 }

@@ -3,11 +3,11 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <map>
 
 #include "base/stopwatch.h"
 #include "pcl_bridge/pcl_segmentation.h"
-#include "pcl_pipeline.h"
 #include "perception/perceive.h"
 #include "tabletop.h"
 
@@ -45,59 +45,45 @@ void Perceive(benchmark::State& state) {
 }
 BENCHMARK(Perceive)->Unit(benchmark::kMillisecond);
 
-// Runs our steps (table, filter, normals, segments) and PCL's (plane, outliers, normals, clusters)
-// in turn in every iteration. Argument: whether PCL's steps after the plane use the whole cloud, or
-// the points above the table as ours do. Counters: milliseconds of both, and the ratio ours / PCL
-// for every step and for the sum.
+// Runs our steps (normals, segments) and PCL's (normals, clusters) in turn in every iteration, on
+// the filtered points above the table. Counters: milliseconds of both, and the ratio ours / PCL for
+// both steps and for the sum.
 void PerceiveBesidePcl(benchmark::State& state) {
-  const bool whole_cloud = state.range(0) != 0;
   FiveObjectsCloud();
-  double table = 0.0;
-  double filter = 0.0;
   double normals = 0.0;
   double segments = 0.0;
-  PclSeconds pcl;
+  double pcl_normals = 0.0;
+  double pcl_clusters = 0.0;
+  std::size_t found_clusters = 0;
   for (auto _ : state) {
     const auto scene = PerceiveFiveObjects();
-    table += SecondsOf(scene, "table");
-    filter += SecondsOf(scene, "filter");
     normals += SecondsOf(scene, "normals");
     segments += SecondsOf(scene, "segments");
-    const PclSeconds one = RunPcl(FiveObjectsCloud(), SensorOrigin(), whole_cloud);
-    pcl.plane += one.plane;
-    pcl.filter += one.filter;
-    pcl.normals += one.normals;
-    pcl.clusters += one.clusters;
-    pcl.points = one.points;
-    pcl.found_clusters = one.found_clusters;
+    base::Stopwatch watch;
+    benchmark::DoNotOptimize(pcl_bridge::EstimateNormals(scene.cloud.points, SensorOrigin()));
+    pcl_normals += watch.Restart();
+    found_clusters = pcl_bridge::EuclideanClusters(scene.cloud.points, SensorOrigin()).size();
+    pcl_clusters += watch.Restart();
   }
-  const double ours = table + filter + normals + segments;
   auto& c = state.counters;
-  c["ours_ms"] = Counter(ours * 1e3, Counter::kAvgIterations);
-  c["pcl_ms"] = Counter(pcl.Sum() * 1e3, Counter::kAvgIterations);
-  c["pcl_segments"] = static_cast<double>(pcl.found_clusters);
-  c["pcl_points"] = static_cast<double>(pcl.points);
-  c["ratio"] = ours / pcl.Sum();
-  c["ratio_plane"] = table / pcl.plane;
-  c["ratio_filter"] = filter / pcl.filter;
-  c["ratio_normals"] = normals / pcl.normals;
-  c["ratio_segments"] = segments / pcl.clusters;
+  c["ours_ms"] = Counter((normals + segments) * 1e3, Counter::kAvgIterations);
+  c["pcl_ms"] = Counter((pcl_normals + pcl_clusters) * 1e3, Counter::kAvgIterations);
+  c["pcl_segments"] = static_cast<double>(found_clusters);
+  c["ratio"] = (normals + segments) / (pcl_normals + pcl_clusters);
+  c["ratio_normals"] = normals / pcl_normals;
+  c["ratio_segments"] = segments / pcl_clusters;
 }
-BENCHMARK(PerceiveBesidePcl)
-    ->ArgName("whole_cloud")
-    ->Arg(0)
-    ->Arg(1)
-    ->Unit(benchmark::kMillisecond)
-    ->MinTime(2.0);
+BENCHMARK(PerceiveBesidePcl)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 
 enum class PclSegmentation { kEuclidean, kLocalConvexity };
 
-std::size_t CountPclSegments(PclSegmentation method, const pcl_bridge::Cloud& cloud) {
+std::size_t CountPclSegments(PclSegmentation method, geometry::PointSpan points) {
   switch (method) {
     case PclSegmentation::kEuclidean:
-      return pcl_bridge::EuclideanClusters(cloud).size();
+      return pcl_bridge::EuclideanClusters(points, SensorOrigin()).size();
     case PclSegmentation::kLocalConvexity:
-      return static_cast<std::size_t>(pcl_bridge::SegmentByLocalConvexity(cloud).segments);
+      return static_cast<std::size_t>(
+          std::ranges::max(pcl_bridge::SegmentByLocalConvexity(points, SensorOrigin())) + 1);
   }
   return 0;
 }
@@ -108,7 +94,6 @@ std::size_t CountPclSegments(PclSegmentation method, const pcl_bridge::Cloud& cl
 void SegmentBesidePcl(benchmark::State& state) {
   const auto method = static_cast<PclSegmentation>(state.range(0));
   const geometry::PointCloud& points = FiveObjectsScene().cloud;
-  const pcl_bridge::Cloud cloud(points.points, SensorOrigin());
   double ours_s = 0.0;
   double pcl_s = 0.0;
   std::size_t ours = 0;
@@ -117,7 +102,7 @@ void SegmentBesidePcl(benchmark::State& state) {
     base::Stopwatch watch;
     ours = perception::Segment(points, Cell().options.perception.segment).size();
     ours_s += watch.Restart();
-    pcl = CountPclSegments(method, cloud);
+    pcl = CountPclSegments(method, points.points);
     pcl_s += watch.Restart();
   }
   auto& c = state.counters;

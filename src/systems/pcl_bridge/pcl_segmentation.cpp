@@ -1,6 +1,7 @@
 #include "pcl_bridge/pcl_segmentation.h"
 
 #include <pcl/ModelCoefficients.h>
+#include <pcl/features/normal_3d.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/extract_clusters.h>
 #include <pcl/segmentation/lccp_segmentation.h>
@@ -8,13 +9,13 @@
 #include <pcl/segmentation/supervoxel_clustering.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
-#include <memory>
 #include <ranges>
 #include <set>
 
 #include "geometry/graph.h"
-#include "pcl_bridge/internal/cloud_data.h"
+#include "pcl_bridge/internal/pcl_cloud.h"
 
 namespace rangegrasp::pcl_bridge {
 namespace {
@@ -33,6 +34,16 @@ constexpr float kStepVoxels = 0.1F;
 /// A concave connection is kept if the normals differ by less than this (Stein et al. 2014). A
 /// larger value connects across shallow creases, a smaller one splits noisy surfaces.
 constexpr float kConcavityTolerance_deg = 10.0F;
+
+/// Drawing ends early when an all-inlier sample has been drawn with this probability, based on the
+/// best share of inliers so far. The library's default.
+constexpr double kConfidence = 0.99;
+
+struct SupervoxelEdge {
+  std::int32_t a = 0;  ///< a < b, positions of neighboring supervoxels
+  std::int32_t b = 0;
+  bool connects = false;  ///< convex, or concave within the tolerance, and not rejected by a test
+};
 
 std::int32_t PositionOf(const std::vector<std::uint32_t>& labels, std::uint32_t label) {
   const auto at = std::ranges::lower_bound(labels, label);
@@ -107,51 +118,6 @@ void JoinSmall(const std::vector<SupervoxelEdge>& edges, std::uint32_t max_small
   }
 }
 
-struct Model {
-  Eigen::VectorXd values;  ///< in the library's frame; empty without a model
-  pcl::PointIndices inliers;
-};
-
-/// @param options  PlaneOptions or CylinderOptions.
-template <typename Options>
-Model Fit(pcl::SACSegmentation<pcl::PointXYZ>& sac, int model_type, const PclCloud::Ptr& points,
-          const Options& options) {
-  sac.setModelType(model_type);
-  sac.setMethodType(pcl::SAC_RANSAC);
-  sac.setMaxIterations(options.max_draws);
-  sac.setDistanceThreshold(options.inlier_distance_m);
-  sac.setProbability(options.confidence);
-  sac.setOptimizeCoefficients(true);
-  sac.setInputCloud(points);
-  Model model;
-  pcl::ModelCoefficients found;
-  sac.segment(model.inliers, found);
-  model.values = Eigen::Map<const Eigen::VectorXf>(found.values.data(),
-                                                   static_cast<Eigen::Index>(found.values.size()))
-                     .cast<double>();
-  return model;
-}
-
-/// Converts the plane p . values(0..2) + values(3) = 0, with p = point - origin.
-geometry::Plane ToPlane(const Eigen::VectorXd& values, const Eigen::Vector3d& origin) {
-  const double length = values.head<3>().norm();
-  geometry::Plane plane{values.head<3>() / length, values(3) / length};
-  if (plane.offset_m < 0.0) plane = plane.Flipped();
-  plane.offset_m -= plane.normal.dot(origin);
-  return plane;
-}
-
-/// @param values  a point on the axis, the axis direction, the radius.
-Cylinder ToCylinder(const Eigen::VectorXd& values, const Eigen::Vector3d& mean,
-                    const Eigen::Vector3d& origin) {
-  Cylinder cylinder;
-  cylinder.axis = values.segment<3>(3).normalized();
-  const Eigen::Vector3d point = values.head<3>();
-  cylinder.point = origin + point + cylinder.axis * cylinder.axis.dot(mean - point);
-  cylinder.radius_m = values(6);
-  return cylinder;
-}
-
 Eigen::Vector3d Mean(const PclCloud& points, const pcl::Indices& indices) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const auto k : indices) {
@@ -162,36 +128,57 @@ Eigen::Vector3d Mean(const PclCloud& points, const pcl::Indices& indices) {
 
 }  // namespace
 
-std::vector<geometry::Indices> EuclideanClusters(const Cloud& cloud,
+geometry::Points EstimateNormals(geometry::PointSpan points, const Eigen::Vector3d& origin,
+                                 double radius_m) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  geometry::Points normals(points.size(), Eigen::Vector3d::Constant(kNaN));
+  const FinitePoints finite(points, origin);
+  if (finite.points->empty()) return normals;
+  pcl::NormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
+  estimation.setInputCloud(finite.points);
+  estimation.setSearchMethod(pcl::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
+  estimation.setRadiusSearch(radius_m);
+  pcl::PointCloud<pcl::Normal> found;
+  estimation.compute(found);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    normals[finite.source[k]] = found[k].getNormalVector3fMap().cast<double>().normalized();
+  }
+  return normals;
+}
+
+std::vector<geometry::Indices> EuclideanClusters(geometry::PointSpan points,
+                                                 const Eigen::Vector3d& origin,
                                                  const EuclideanClusterOptions& options) {
-  if (cloud.data().finite->empty()) return {};
+  const FinitePoints finite(points, origin);
+  if (finite.points->empty()) return {};
   pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
   extraction.setClusterTolerance(options.tolerance_m);
   extraction.setMinClusterSize(options.min_points);
   extraction.setSearchMethod(pcl::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
-  extraction.setInputCloud(cloud.data().finite);
+  extraction.setInputCloud(finite.points);
   std::vector<pcl::PointIndices> clusters;
   extraction.extract(clusters);
   std::vector<geometry::Indices> source;
-  for (const auto& cluster : clusters) source.push_back(ToSource(cloud, cluster.indices));
+  for (const auto& cluster : clusters) source.push_back(ToSource(finite.source, cluster.indices));
   return source;
 }
 
-LocalConvexity SegmentByLocalConvexity(const Cloud& cloud, const LocalConvexityOptions& options) {
+std::vector<std::int32_t> SegmentByLocalConvexity(geometry::PointSpan points,
+                                                  const Eigen::Vector3d& origin,
+                                                  const LocalConvexityOptions& options) {
+  const FinitePoints finite(points, origin);
   if (options.camera_depth) {
-    Demand(std::ranges::all_of(*cloud.data().finite, [](const auto& p) { return p.z > 0.0F; }),
+    Demand(std::ranges::all_of(*finite.points, [](const auto& p) { return p.z > 0.0F; }),
            "SegmentByLocalConvexity: with camera_depth every point's z must exceed the origin's");
   }
-  LocalConvexity result;
-  result.segment.assign(cloud.size(), -1);
-  result.supervoxel.assign(cloud.size(), -1);
-  if (cloud.data().finite->empty()) return result;
+  std::vector<std::int32_t> segment(points.size(), -1);
+  if (finite.points->empty()) return segment;
   Clustering clustering(static_cast<float>(options.voxel_m), static_cast<float>(options.seed_m));
   clustering.setUseSingleCameraTransform(options.camera_depth);
   clustering.setColorImportance(0.0F);  // a cloud has no color
   clustering.setNormalImportance(kNormalImportance);
   clustering.setSpatialImportance(kSpatialImportance);
-  clustering.setInputCloud(cloud.data().finite);
+  clustering.setInputCloud(finite.points);
   Supervoxels found;
   clustering.extract(found);
   std::multimap<std::uint32_t, std::uint32_t> adjacency;
@@ -199,59 +186,67 @@ LocalConvexity SegmentByLocalConvexity(const Cloud& cloud, const LocalConvexityO
   // The library's labels of the supervoxels in ascending order. Their positions are our labels.
   const auto keys = std::views::keys(found);
   const std::vector<std::uint32_t> labels(keys.begin(), keys.end());
-  result.edges = FindEdges(found, adjacency, labels, options);
+  const std::vector<SupervoxelEdge> edges = FindEdges(found, adjacency, labels, options);
   geometry::UnionFind sets(labels.size());
-  for (const auto& edge : result.edges) {
+  for (const auto& edge : edges) {
     if (edge.connects) sets.Unite(edge.a, edge.b);
   }
-  JoinSmall(result.edges, options.min_supervoxels, sets);
-  result.segments = geometry::LabelBySize(sets, std::vector<bool>(labels.size(), true),
-                                          result.supervoxel_segment);
+  JoinSmall(edges, options.min_supervoxels, sets);
+  std::vector<std::int32_t> segment_of;
+  geometry::LabelBySize(sets, std::vector<bool>(labels.size(), true), segment_of);
   const auto labeled = clustering.getLabeledCloud();
   for (std::size_t k = 0; k < labeled->size(); ++k) {
     const std::int32_t at = PositionOf(labels, (*labeled)[k].label);
-    if (at < 0) continue;
-    const std::size_t i = cloud.data().source[k];
-    result.supervoxel[i] = at;
-    result.segment[i] = result.supervoxel_segment[at];
+    if (at >= 0) segment[finite.source[k]] = segment_of[static_cast<std::size_t>(at)];
   }
-  return result;
+  return segment;
 }
 
-std::optional<geometry::PlaneFit> FitPlane(const Cloud& cloud, const PlaneOptions& options) {
-  const auto& points = cloud.data().finite;
-  if (points->size() < 3) return std::nullopt;
-  pcl::SACSegmentation<pcl::PointXYZ> sac;
-  const Model model = Fit(sac, pcl::SACMODEL_PLANE, points, options);
-  if (model.values.size() == 0) return std::nullopt;
-  return geometry::PlaneFit{ToPlane(model.values, cloud.origin()),
-                            ToSource(cloud, model.inliers.indices)};
-}
-
-std::optional<CylinderFit> FitCylinder(const Cloud& cloud, const geometry::Points& normals,
+std::optional<CylinderFit> FitCylinder(geometry::PointSpan points, const Eigen::Vector3d& origin,
+                                       const geometry::Points& normals,
                                        const CylinderOptions& options) {
-  Demand(normals.size() == cloud.size(), "there must be one normal for each point of the cloud");
+  Demand(normals.size() == points.size(), "there must be one normal for each point");
+  const FinitePoints finite(points, origin);
   // The library's sorts and fits do not tolerate NaN.
-  const geometry::Indices with_normal =
-      geometry::PositionsWhere(normals, [](const auto& n) { return n.allFinite(); });
-  const Cloud oriented = cloud.Select(with_normal);
-  const auto& points = oriented.data().finite;
-  if (points->size() < 2) return std::nullopt;
+  const PclCloud::Ptr oriented(new PclCloud);
   const pcl::PointCloud<pcl::Normal>::Ptr converted(new pcl::PointCloud<pcl::Normal>);
-  for (const std::uint32_t i : oriented.data().source) {
-    const Eigen::Vector3f n = normals[with_normal[i]].cast<float>();
+  geometry::Indices source;
+  for (std::size_t k = 0; k < finite.source.size(); ++k) {
+    const std::uint32_t i = finite.source[k];
+    if (!normals[i].allFinite()) continue;
+    const Eigen::Vector3f n = normals[i].cast<float>();
+    oriented->push_back((*finite.points)[k]);
     converted->push_back({n.x(), n.y(), n.z(), 0.0F});
+    source.push_back(i);
   }
+  if (oriented->size() < 2) return std::nullopt;
   pcl::SACSegmentationFromNormals<pcl::PointXYZ, pcl::Normal> sac;
   sac.setInputNormals(converted);
   sac.setNormalDistanceWeight(options.normal_weight);
   sac.setRadiusLimits(options.min_radius_m, options.max_radius_m);
-  const Model model = Fit(sac, pcl::SACMODEL_CYLINDER, points, options);
-  if (model.inliers.indices.empty()) return std::nullopt;
-  geometry::Indices inliers = ToSource(oriented, model.inliers.indices);
-  for (std::uint32_t& i : inliers) i = with_normal[i];
-  const Eigen::Vector3d mean = Mean(*points, model.inliers.indices);
-  return CylinderFit{ToCylinder(model.values, mean, cloud.origin()), std::move(inliers)};
+  sac.setModelType(pcl::SACMODEL_CYLINDER);
+  sac.setMethodType(pcl::SAC_RANSAC);
+  sac.setMaxIterations(options.max_draws);
+  sac.setDistanceThreshold(options.inlier_distance_m);
+  sac.setProbability(kConfidence);
+  sac.setOptimizeCoefficients(true);
+  sac.setInputCloud(oriented);
+  pcl::PointIndices inliers;
+  pcl::ModelCoefficients found;
+  sac.segment(inliers, found);
+  if (inliers.indices.empty()) return std::nullopt;
+  // A point on the axis, the axis direction, the radius.
+  const Eigen::VectorXd values =
+      Eigen::Map<const Eigen::VectorXf>(found.values.data(),
+                                        static_cast<Eigen::Index>(found.values.size()))
+          .cast<double>();
+  Cylinder cylinder;
+  cylinder.axis = values.segment<3>(3).normalized();
+  const Eigen::Vector3d point = values.head<3>();
+  const Eigen::Vector3d mean = Mean(*oriented, inliers.indices);
+  cylinder.point = origin + point + cylinder.axis * cylinder.axis.dot(mean - point);
+  cylinder.radius_m = values(6);
+  return CylinderFit{cylinder, ToSource(source, inliers.indices)};
 }
 
 }  // namespace rangegrasp::pcl_bridge

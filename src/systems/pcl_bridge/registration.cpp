@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "geometry/kd_tree.h"
-#include "pcl_bridge/internal/cloud_data.h"
+#include "pcl_bridge/internal/pcl_cloud.h"
 
 namespace rangegrasp::pcl_bridge {
 namespace {
@@ -82,10 +82,11 @@ PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
   data_ = std::move(data);
 }
 
-Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,
+Eigen::Isometry3d RegisterPointToPlane(geometry::PointSpan source, const PlaneTarget& target,
                                        const Eigen::Isometry3d& X_TS,
                                        const RegistrationOptions& options) {
-  const PclCloud& points = *source.data().finite;
+  const FinitePoints finite(source, Eigen::Vector3d::Zero());
+  const PclCloud& points = *finite.points;
   Demand(points.size() >= 3, "RegisterPointToPlane: the source needs 3 points or more");
   const PclOriented::Ptr oriented(new PclOriented);
   pcl::copyPointCloud(points, *oriented);
@@ -98,16 +99,13 @@ Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& t
   method.setTransformationRotationEpsilon(std::cos(options.min_step_rad));
   method.setMaxCorrespondenceDistance(options.max_pair_distance_m);
   method.setMaximumIterations(options.max_iterations);
-  // The library's source points are relative to their origin.
-  const Eigen::Translation3d to_source(source.origin());
   try {
     PclOriented aligned;
-    method.align(aligned, (X_TS * to_source).matrix());
+    method.align(aligned, X_TS.matrix());
   } catch (const Undetermined&) {
     return X_TS;
   }
-  Eigen::Isometry3d found =
-      Eigen::Isometry3d(method.getFinalTransformation()) * to_source.inverse();
+  Eigen::Isometry3d found(method.getFinalTransformation());
   found.linear() = Eigen::Quaterniond(found.linear()).normalized().toRotationMatrix();
   return found;
 }

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <memory>
 
-#include "pcl_bridge/cloud.h"
+#include "geometry/point_cloud.h"
 
 namespace rangegrasp::pcl_bridge {
 
@@ -35,10 +35,11 @@ class PlaneTarget {
 /// Registers source to target by iterative closest points, with distances along the target's
 /// normals (Chen and Medioni 1991; IterativeClosestPointWithNormals). Single-threaded, no
 /// randomness.
+/// @param source  points that are not finite are left out.
 /// @param X_TS  the initial guess of the source's frame S in the target's frame T.
 /// @return X_TS; the initial guess if the pairs do not determine the pose.
 /// @throws std::invalid_argument if the source has fewer than 3 finite points.
-Eigen::Isometry3d RegisterPointToPlane(const Cloud& source, const PlaneTarget& target,
+Eigen::Isometry3d RegisterPointToPlane(geometry::PointSpan source, const PlaneTarget& target,
                                        const Eigen::Isometry3d& X_TS,
                                        const RegistrationOptions& options = {});
 

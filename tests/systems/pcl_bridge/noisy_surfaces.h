@@ -12,6 +12,8 @@ namespace rangegrasp::pcl_bridge::samples {
 using geometry::samples::RandomDirection;
 using geometry::samples::RandomPoint;
 
+inline const Eigen::Vector3d kOrigin = Eigen::Vector3d::Zero();
+
 /// Two unit vectors that span the plane perpendicular to `normal`.
 inline Eigen::Matrix<double, 3, 2> Across(const Eigen::Vector3d& normal) {
   Eigen::Matrix<double, 3, 2> basis;

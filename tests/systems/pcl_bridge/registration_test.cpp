@@ -5,6 +5,7 @@
 #include "base/units.h"
 #include "geometry/synthetic.h"
 #include "noisy_surfaces.h"
+#include "pcl_bridge/pcl_segmentation.h"
 
 namespace rangegrasp::pcl_bridge {
 namespace {
@@ -43,7 +44,7 @@ struct Pair {
 
 /// The points that have a normal, with their normals.
 PlaneTarget Target(const geometry::Points& points, const Eigen::Vector3d& sensor) {
-  const geometry::Points normals = EstimateNormals(Cloud(points, sensor), {.radius_m = 0.01});
+  const geometry::Points normals = EstimateNormals(points, sensor, 0.01);
   geometry::PointCloud surface;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!normals[i].allFinite()) continue;
@@ -69,9 +70,8 @@ constexpr double kMaxError_m = 2e-4;
 TEST_P(SeededRegistration, PointToPlaneFindsTheKnownPose) {
   base::Rng rng(GetParam());
   const Pair pair(GetParam(), rng);
-  const Cloud source(pair.source_S, pair.X_TS.inverse() * pair.sensor_T);
   const auto found =
-      RegisterPointToPlane(source, Target(pair.target_T, pair.sensor_T), pair.guess_TS);
+      RegisterPointToPlane(pair.source_S, Target(pair.target_T, pair.sensor_T), pair.guess_TS);
   EXPECT_GT(MaxError(pair, pair.guess_TS), 10.0 * kMaxError_m);
   EXPECT_LT(MaxError(pair, found), kMaxError_m);
   EXPECT_LT((found.linear().transpose() * found.linear() - Eigen::Matrix3d::Identity()).norm(),
@@ -82,8 +82,7 @@ TEST(Registration, SameCloudsGiveTheSamePoseTwice) {
   base::Rng rng(2);
   const Pair pair(2, rng);
   const auto run = [&] {
-    return RegisterPointToPlane(Cloud(pair.source_S), Target(pair.target_T, pair.sensor_T),
-                                pair.guess_TS);
+    return RegisterPointToPlane(pair.source_S, Target(pair.target_T, pair.sensor_T), pair.guess_TS);
   };
   const auto a = run();
   const auto b = run();
@@ -98,15 +97,14 @@ TEST(Registration, APlaneAloneLeavesThePoseOpen) {
   }
   const PlaneTarget target({plane, geometry::Points(plane.size(), -Eigen::Vector3d::UnitZ())});
   const Eigen::Isometry3d X_TS(Eigen::Translation3d(0.001, 0.0, 0.0));
-  EXPECT_EQ(RegisterPointToPlane(Cloud(plane), target, X_TS).matrix(), X_TS.matrix());
+  EXPECT_EQ(RegisterPointToPlane(plane, target, X_TS).matrix(), X_TS.matrix());
 }
 
 TEST(Registration, CloudsOutOfReachStayWhereTheyWere) {
   base::Rng rng(3);
   const Pair pair(3, rng);
   const Eigen::Isometry3d far = Eigen::Translation3d(5, 0, 0) * pair.X_TS;
-  const auto found =
-      RegisterPointToPlane(Cloud(pair.source_S), Target(pair.target_T, pair.sensor_T), far);
+  const auto found = RegisterPointToPlane(pair.source_S, Target(pair.target_T, pair.sensor_T), far);
   EXPECT_LT((found.matrix() - far.matrix()).norm(), 1e-9);
 }
 
@@ -115,9 +113,8 @@ TEST(Registration, TooFewPointsAreRefused) {
                std::invalid_argument);
   const PlaneTarget target({geometry::Points(3, Eigen::Vector3d::UnitZ()),
                             geometry::Points(3, Eigen::Vector3d::UnitZ())});
-  EXPECT_THROW(
-      RegisterPointToPlane(Cloud(geometry::PointSpan()), target, Eigen::Isometry3d::Identity()),
-      std::invalid_argument);
+  EXPECT_THROW(RegisterPointToPlane(geometry::PointSpan(), target, Eigen::Isometry3d::Identity()),
+               std::invalid_argument);
 }
 
 }  // namespace

@@ -126,14 +126,13 @@ ComparedFit Timed(Method method, int iterations, double preparation_seconds, con
 void AddPcl(const FitInput& input, const ComparisonOptions& options,
             std::vector<ComparedFit>& fits) {
   const base::Stopwatch watch;
-  const pcl_bridge::Cloud cloud(input.points, input.eye);
-  const auto normals = pcl_bridge::EstimateNormals(cloud, {options.neighborhood_m});
+  const auto normals = pcl_bridge::EstimateNormals(input.points, input.eye, options.neighborhood_m);
   const double preparation = watch.Seconds();
   for (const int iterations : options.iterations) {
     pcl_bridge::CylinderOptions model;
     model.max_draws = iterations;
     const auto fit_cylinder = [&]() -> std::optional<Barrel> {
-      const auto fit = pcl_bridge::FitCylinder(cloud, normals, model);
+      const auto fit = pcl_bridge::FitCylinder(input.points, input.eye, normals, model);
       if (!fit) return std::nullopt;
       const auto& [point, axis, radius_m] = fit->cylinder;
       return Barrel{{point, axis}, radius_m};

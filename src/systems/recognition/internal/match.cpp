@@ -213,8 +213,7 @@ base::Pose RegisteredPose(const PreparedObject& object, const base::Pose& X_CB,
   options.max_iterations = 15;
   options.min_step_m = 5e-5;
   options.min_step_rad = 5e-4;
-  return pcl_bridge::RegisterPointToPlane(pcl_bridge::Cloud(source_C), object.target,
-                                          X_CB.inverse(), options)
+  return pcl_bridge::RegisterPointToPlane(source_C, object.target, X_CB.inverse(), options)
       .inverse();
 }
 

@@ -93,8 +93,7 @@ Found LocallyConvex(const geometry::Points& above, const Eigen::Vector3d& origin
   pcl_bridge::LocalConvexityOptions options{.voxel_m = 0.010, .seed_m = 0.040};
   if (depth_camera) options = {.voxel_m = 0.0075, .seed_m = 0.030, .camera_depth = true};
   const base::Stopwatch watch;
-  const auto segment =
-      pcl_bridge::SegmentByLocalConvexity(pcl_bridge::Cloud(above, origin_C), options).segment;
+  const auto segment = pcl_bridge::SegmentByLocalConvexity(above, origin_C, options);
   Found found{{}, watch.Seconds()};
   for (std::size_t i = 0; i < above.size(); ++i) {
     if (segment[i] < 0) continue;
@@ -110,7 +109,7 @@ Found Clustered(const geometry::Points& above, const Eigen::Vector3d& origin_C) 
   // Covers two lines of the laser's points, or the noise of a depth camera.
   const pcl_bridge::EuclideanClusterOptions options{.tolerance_m = 0.010};
   const base::Stopwatch watch;
-  const auto clusters = pcl_bridge::EuclideanClusters(pcl_bridge::Cloud(above, origin_C), options);
+  const auto clusters = pcl_bridge::EuclideanClusters(above, origin_C, options);
   Found found;
   for (const auto& cluster : clusters) found.objects.push_back(geometry::Select(above, cluster));
   found.seconds = watch.Seconds();
