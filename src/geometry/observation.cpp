@@ -85,7 +85,7 @@ double MedianSpacing(const RangeImage& image) {
   return distances.empty() ? 0.0 : base::MedianOf(std::move(distances));
 }
 
-SeenSpace::SeenSpace(const Eigen::AlignedBox3d& box_C, double cell_m)
+SeenSpace::SeenSpace(const Eigen::AlignedBox3d& box_C, double cell_m, const Observation& seen)
     : low_C_(box_C.min()), cell_m_(cell_m) {
   const Vector3d cells = (box_C.sizes() / cell_m).array().floor();
   if (!(cell_m > 0.0) || !cells.allFinite() || !(cells.minCoeff() >= 1.0) ||
@@ -94,6 +94,7 @@ SeenSpace::SeenSpace(const Eigen::AlignedBox3d& box_C, double cell_m)
   }
   size_ = cells.cast<int>();
   cells_.assign(static_cast<std::size_t>(cells.prod()), Cell::kUnseen);
+  for (const View& view : seen.views) Add(view);
 }
 
 std::optional<Vector3i> SeenSpace::CellOf(const Vector3d& p_C) const {

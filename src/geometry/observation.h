@@ -92,8 +92,9 @@ class SeenSpace {
 
   /// @param box_C   aligned with C's axes; the cells that fit into it start at its lowest corner
   /// @param cell_m  > 0, edge of a cell
+  /// @param seen    its views are added
   /// @throws std::invalid_argument if the box is empty, not finite or has more than 1e8 cells
-  SeenSpace(const Eigen::AlignedBox3d& box_C, double cell_m);
+  SeenSpace(const Eigen::AlignedBox3d& box_C, double cell_m, const Observation& seen = {});
 
   /// The ray of each measured sample is free up to one cell before its point. The point's cell
   /// becomes a surface, and stays one. Samples that were not measured change nothing.

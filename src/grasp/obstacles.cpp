@@ -212,8 +212,7 @@ TriangleMesh UnseenByAll(const Observation& observation, std::span<const Triangl
   }
   bounds = bounds.intersection(Measured(observation));
   if (bounds.isEmpty() || bounds.sizes().minCoeff() < cell_m) return unseen;
-  geometry::SeenSpace space(bounds, cell_m);
-  for (const geometry::View& view : observation.views) space.Add(view);
+  const geometry::SeenSpace space(bounds, cell_m, observation);
   const auto counts = [&](const Eigen::Vector3i& cell) {
     if (space.At(cell) != geometry::SeenSpace::Cell::kUnseen) return false;
     const Vector3d middle = space.MiddleOf(cell);

@@ -90,10 +90,9 @@ Understanding Understand(Scene scene, const std::vector<recognition::FoundObject
 
 double HidingArea(const geometry::Observation& observation, const Understanding& understanding,
                   const recognition::Library& library, const Vector3d& middle_C, double radius_m) {
-  geometry::SeenSpace space({middle_C + Vector3d(-radius_m, -radius_m, kLow_m),
-                             middle_C + Vector3d(radius_m, radius_m, kHigh_m)},
-                            kCell_m);
-  for (const geometry::View& view : observation.views) space.Add(view);
+  const geometry::SeenSpace space({middle_C + Vector3d(-radius_m, -radius_m, kLow_m),
+                                   middle_C + Vector3d(radius_m, radius_m, kHigh_m)},
+                                  kCell_m, observation);
   struct Known {
     base::Pose X_BC;
     Eigen::AlignedBox3d box_B;  // grown by half a cell

@@ -33,13 +33,6 @@ std::vector<PlannedView> ByGain(const geometry::SeenSpace& space, const ViewRequ
   return candidates;
 }
 
-geometry::SeenSpace SpaceOf(const geometry::Observation& so_far, const Eigen::AlignedBox3d& box_C,
-                            double cell_m) {
-  geometry::SeenSpace space(box_C, cell_m);
-  for (const geometry::View& view : so_far.views) space.Add(view);
-  return space;
-}
-
 /// The candidate's turns about the line of sight and the arm's free configurations there, those
 /// that move the arm least first.
 std::vector<PlannedView> WaysToHold(const PlannedView& candidate, const robot::Robot& robot,
@@ -85,13 +78,14 @@ std::optional<PlannedView> NextBestView(const robot::Robot& robot,
                                         const geometry::Observation& so_far,
                                         const ViewRequest& request, const NextViewOptions& options,
                                         const planning::PlanOptions& planning, base::Rng& rng) {
-  const geometry::SeenSpace space = SpaceOf(so_far, request.region_C, options.cell_m);
+  const geometry::SeenSpace space(request.region_C, options.cell_m, so_far);
   const std::vector<PlannedView> candidates = ByGain(space, request, options);
   if (candidates.empty()) return std::nullopt;
   planning::PlanningScene obstacles;  // all that is not free
   obstacles.table_z_m = request.obstacles_C.min().z();
   obstacles.obstacles_W.push_back(
-      SpaceOf(so_far, request.obstacles_C, options.obstacle_cell_m).Ceiling(options.clearance_m));
+      geometry::SeenSpace(request.obstacles_C, options.obstacle_cell_m, so_far)
+          .Ceiling(options.clearance_m));
   planning::Planner planner(robot, planning);
   planner.SetScene(std::move(obstacles));
   constexpr int kPlans = 3;  // per position: what blocks one motion usually blocks the others
