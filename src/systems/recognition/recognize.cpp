@@ -160,7 +160,7 @@ std::string FlawOf(const FoundObject& found, const RecognitionOptions& options) 
         "{:.1f} % of the samples are close to it but not on it, at most {:.1f} % may be",
         100.0 * found.hugging, 100.0 * options.max_hugging);
   }
-  if (options.color_weight != 0.0 && found.color < options.min_color) {
+  if (found.color < options.min_color) {
     return fmt::format("its colors agree by {:.2f}, at least {:.2f} is needed", found.color,
                        options.min_color);
   }

@@ -52,7 +52,7 @@ struct RecognitionOptions {
   /// a part of it, e.g. a cup's handle that is segmented separately.
   double max_piece = 0.25;
   double piece_gap_m = 0.025;
-  /// w of the score; 0: colors are ignored.
+  /// w of the score.
   double color_weight = 0.5;
   /// Colors that differ by this much do not agree at all. In the shares of red and blue, white and
   /// cream differ by 0.1, orange and yellow by 0.2, red and white by 0.7.

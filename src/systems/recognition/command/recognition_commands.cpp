@@ -229,7 +229,7 @@ void AddLearnCommand(CLI::App& app) {
 }
 
 struct RecognizeArguments : CloudArguments {
-  std::vector<std::string> library;
+  std::string library;
   double tolerance_mm = recognition::RecognitionOptions().tolerance_m * base::kMmPerM;
   std::uint64_t seed = 1;
   bool json = false;
@@ -313,9 +313,7 @@ void RecognizeCloud(const RecognizeArguments& arguments) {
         arguments.cloud);
   }
   // A library takes seconds to prepare: an error of the cloud is reported before.
-  const std::vector<std::filesystem::path> folders(arguments.library.begin(),
-                                                   arguments.library.end());
-  const auto library = recognition::LoadLibrary(folders);
+  const auto library = recognition::LoadLibrary(arguments.library);
   perception::PerceptionOptions options;
   options.preprocess.up_C = UpOf(arguments);
   base::Rng rng(arguments.seed);
@@ -340,10 +338,8 @@ void AddRecognizeCommand(CLI::App& app) {
   auto arguments = std::make_shared<RecognizeArguments>();
   command->add_option("cloud", arguments->cloud, "PCD, PLY, NPY or XYZ file")->required();
   command
-      ->add_option(
-          "--library", arguments->library,
-          "one or more folders of known objects (NAME/NAME.xml, or NAME.stl in metres); of "
-          "two objects with the same name the first is used")
+      ->add_option("--library", arguments->library,
+                   "folder of known objects (NAME/NAME.xml, or NAME.stl in metres)")
       ->required();
   AddCloudOptions(*command, *arguments);
   command

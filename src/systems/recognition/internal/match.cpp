@@ -234,10 +234,8 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
   segment.coarse = Fewer(segment.rays, options.coarse_rays);
   segment.fine = Fewer(segment.rays, options.fine_rays);
   segment.few = Fewer(segment.rays, kFewRays);
-  segment.colored =
-      options.color_weight > 0.0 && std::ranges::any_of(segment.few, [](const SampleRay& ray) {
-        return !std::isnan(ray.tone.x());
-      });
+  segment.colored = std::ranges::any_of(
+      segment.few, [](const SampleRay& ray) { return !std::isnan(ray.tone.x()); });
   segment.references = ReferencesOf(segment.cloud_C, options.references);
   const geometry::Plane& table = scene.table.plane;
   segment.X_TC = base::MakePose(base::TurnOnto(table.normal, Vector3d::UnitZ()).toRotationMatrix(),

@@ -19,7 +19,7 @@ struct Segment {
   SampleRays fine;
   SampleRays few;                            ///< between coarse and fine in number
   std::vector<PointPairs> references;        ///< of its points that vote for poses
-  bool colored = false;                      ///< some rays have tones, and colors are used
+  bool colored = false;                      ///< some rays have tones
   base::Pose X_TC = base::Pose::Identity();  ///< table frame: z up, origin on it
   geometry::Points eyes_C;  ///< positions of the views that saw much of it; at least one
 };

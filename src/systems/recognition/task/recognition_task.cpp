@@ -40,8 +40,6 @@ struct TaskOptions {
   LibraryOptions library;
   RecognitionOptions recognition;
   bool without_target = false;
-  /// Each further look is at an ambiguous object (OpenObjects); if there is none, the looks end.
-  bool until_sure = false;
 };
 
 /// Maximum errors of a pose that counts as correct.
@@ -54,9 +52,6 @@ TaskOptions ReadRecognitionKeys(base::YamlMap& map) {
   auto keys = RecognitionKeys(map, o.recognition);
   keys.Read("without_target", o.without_target,
             "remove the scene's target from the library; it must then stay unknown");
-  keys.Read(
-      "until_sure", o.until_sure,
-      "take another view only if an object is unknown or its pose ambiguous, up to `views` in all");
   keys.Finish();
   ReadLibraryOptions(map, o.library);
   return o;
@@ -285,7 +280,7 @@ class Recognition : public trial::SceneTask {
     if (!arranged) return trial::NoArrangement(redraws);
     experiment::Result result;
     result.seconds.emplace_back("arrange", watch.Restart());
-    const Recognized seen = LookUntilDone(arranged->world, spec, result);
+    const Recognized seen = LookUntilSure(arranged->world, spec, result);
     const sim::World& world = arranged->world;
     const int target = arranged->target;
     std::vector<JudgedFind> judged;
@@ -319,20 +314,16 @@ class Recognition : public trial::SceneTask {
     std::vector<FoundObject> found;
   };
 
-  /// Looks from the fixed sensor, then from the wrist at the highest object or at ambiguous ones.
-  Recognized LookUntilDone(sim::World& world, const trial::TrialSpec& spec,
+  /// Looks from the fixed sensor, then from the wrist while an object is open (OpenObjects).
+  Recognized LookUntilSure(sim::World& world, const trial::TrialSpec& spec,
                            experiment::Result& result) const {
     base::Stopwatch watch;
     Recognized seen;
     seen.sensed = trial::Look(cell_, world, spec.seed);
     const int views = trial::Of<views::WristViewOptions>(cell_.options, views::kWristViews).views;
-    const bool again = views > 1;
-    if (again && !options_.until_sure) {
-      seen.sensed = views::AddWristViews(cell_, std::move(seen.sensed), world, spec.seed).sensed;
-    }
     result.seconds.emplace_back("scan", watch.Seconds());
     RecognizeAll(spec, seen, result);
-    if (!again || !options_.until_sure) return seen;
+    if (views == 1) return seen;
     views::WristScanner wrist(cell_.options, cell_.robot, spec.seed);
     Eigen::VectorXd q = cell_.robot.home;
     for (int view = 1; view < views; ++view) {
@@ -456,24 +447,22 @@ bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wr
   return trial::ModelsPass(map, options, common, warnings);
 }
 
-Library LoadLibrary(std::span<const std::filesystem::path> folders) {
+Library LoadLibrary(const std::filesystem::path& folder) {
+  if (!std::filesystem::is_directory(folder)) {
+    throw base::InputError(folder.string() +
+                           ": no folder (it must contain NAME/NAME.xml or NAME.stl for every "
+                           "known object)");
+  }
   std::map<std::string, std::filesystem::path> files;  // by name: same on every file system
-  for (const auto& folder : folders) {
-    if (!std::filesystem::is_directory(folder)) {
-      throw base::InputError(folder.string() +
-                             ": no folder (it must contain NAME/NAME.xml or NAME.stl for every "
-                             "known object)");
-    }
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-      const bool mesh = entry.is_regular_file() && entry.path().extension() == ".stl";
-      const std::string name = (mesh ? entry.path().stem() : entry.path().filename()).string();
-      if (mesh || std::filesystem::is_regular_file(entry.path() / (name + ".xml"))) {
-        files.try_emplace(name, FileIn(folder, name));
-      }
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const bool mesh = entry.is_regular_file() && entry.path().extension() == ".stl";
+    const std::string name = (mesh ? entry.path().stem() : entry.path().filename()).string();
+    if (mesh || std::filesystem::is_regular_file(entry.path() / (name + ".xml"))) {
+      files.try_emplace(name, FileIn(folder, name));
     }
   }
   if (files.empty()) {
-    throw base::InputError((folders.empty() ? std::string("no folder") : folders.front().string()) +
+    throw base::InputError(folder.string() +
                            ": contains no known object (NAME/NAME.xml or NAME.stl)");
   }
   std::vector<KnownObject> known;

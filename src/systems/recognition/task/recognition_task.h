@@ -34,11 +34,10 @@ views::WristViewOptions WristViewsOf(const base::YamlMap& map, const trial::Opti
 bool ModelsPass(const base::YamlMap& map, const trial::Options& options, bool wrist,
                 const experiment::Common& common);
 
-/// The library of one or more folders: each NAME/NAME.xml in them, or NAME.stl in metres, is a
-/// known object; of two with the same name, that of the first folder is used.
+/// The library of a folder: each NAME/NAME.xml in it, or NAME.stl in metres, is a known object.
 /// @throws base::InputError naming the folder if there is no known object or no such folder, or the
 /// file if its size is not that of an object (check::kMinSize_m).
-Library LoadLibrary(std::span<const std::filesystem::path> folders);
+Library LoadLibrary(const std::filesystem::path& folder);
 
 /// `task: recognition`: recognition of known objects and their poses. A case is one scene with a
 /// target, arranged as in a grasping trial.

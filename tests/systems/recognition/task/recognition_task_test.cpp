@@ -87,8 +87,7 @@ TEST(RecognitionTask, ALibraryMayBeOfMeshes) {
   const auto mesh = sim::ObjectSurface({"dextrose", object}).mesh;
   geometry::WriteStl(folder / "box.v2.stl", mesh);
   std::filesystem::create_directory(folder / "not an object");
-  const std::vector<std::filesystem::path> folders = {folder / ""};
-  const auto library = LoadLibrary(folders);
+  const auto library = LoadLibrary(folder.path());
   EXPECT_EQ(library.Find("box.v2").mesh_B.triangles.size(), mesh.triangles.size());
   EXPECT_EQ(library.Find("box.v2").title, "box.v2");
 }
@@ -97,8 +96,7 @@ TEST(RecognitionTask, AMeshInMillimetresIsRefused) {
   const testing_support::TempFolder folder;
   const auto file = folder / "dextrose.stl";
   geometry::WriteStl(file, synthetic::BoxMesh(50.0, 1e-3, 1e-3));
-  const std::vector<std::filesystem::path> folders = {folder.path()};
-  const auto error = testing_support::ErrorOf([&] { LoadLibrary(folders); });
+  const auto error = testing_support::ErrorOf([&] { LoadLibrary(folder.path()); });
   EXPECT_THAT(error, HasSubstr(file.string() + ": is 50 m long"));
   EXPECT_THAT(error, HasSubstr("`rangegrasp add-object " + file.string() + " --unit mm`"));
   EXPECT_THAT(
