@@ -1,5 +1,7 @@
 #include "trial/recorder.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "base/installation.h"
@@ -106,6 +108,10 @@ const grasp::DetectedGrasp* ChosenOf(const Attempt& attempt) {
 }
 
 }  // namespace
+
+void Recorder::SetAttempt(int number) {
+  SetPrefix(number == 0 ? name_ : fmt::format("{}_{:02}", name_, number));
+}
 
 RecorderMaker& PictureMaker() {
   static RecorderMaker maker = nullptr;

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiment/task.h"
@@ -19,12 +20,16 @@ namespace rangegrasp::trial {
 class Recorder {
  public:
   /// The cell must outlive the recorder.
-  explicit Recorder(const Cell& cell) : cell_(cell) {}
+  /// @param name  of the trial: the first prefix of its pictures
+  explicit Recorder(const Cell& cell, std::string name = "")
+      : cell_(cell), name_(std::move(name)) {}
   virtual ~Recorder() = default;
   /// The cell's, observed by the recorder.
   virtual const Detector& detector() const { return *cell_.detector; }
   virtual sim::ExecutionObserver Observer() { return {}; }
   virtual void SetPrefix(const std::string& /*prefix*/) {}  ///< of the following pictures
+  /// Sets the prefix NAME_03 for attempt 3 of a run, NAME for 0.
+  void SetAttempt(int number);
   /// Takes a picture at a moment that is not part of an execution.
   /// @throws base::InputError for an unknown camera.
   virtual void Take(const std::string& /*moment*/, sim::World& /*world*/) {}
@@ -40,6 +45,7 @@ class Recorder {
 
  protected:
   const Cell& cell_;
+  const std::string name_;
 };
 
 /// Makes a recorder. Without pictures and video it only provides the cell's detector. The cell must

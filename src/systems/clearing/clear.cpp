@@ -117,13 +117,13 @@ const Samples& FirstSamples(const Attempt& attempt) {
 class Run {
  public:
   Run(const trial::Cell& cell, const ClearingOptions& options, sim::World& world,
-      std::uint64_t seed, const ClearingObserver& observer)
+      std::uint64_t seed, trial::Recorder& recorder)
       : cell_(cell),
         max_grasps_(options.max_grasps > 0 ? options.max_grasps
                                            : options.tries_per_object * world.objects()),
         world_(world),
         seed_(seed),
-        observer_(observer),
+        recorder_(recorder),
         tried_(options) {
     for (int i = 0; i < world.objects(); ++i) {
       result_.objects.emplace_back().object = world.object_name(i);
@@ -135,7 +135,9 @@ class Run {
     while (!stop) stop = Next();
     result_.stop = *stop;
     DescribeLeft();
-    if (observer_.on_end) observer_.on_end(world_);
+    recorder_.SetAttempt(0);
+    recorder_.KeepMoments({"end"});
+    recorder_.Take("end", world_);
     return std::move(result_);
   }
 
@@ -145,7 +147,7 @@ class Run {
   // Makes one attempt. @return why the run ends, if it does.
   std::optional<Stop> Next() {
     if (!sensed_) Scan();
-    if (observer_.on_attempt) observer_.on_attempt(static_cast<int>(result_.steps.size()) + 1);
+    recorder_.SetAttempt(static_cast<int>(result_.steps.size()) + 1);
     Step step;
     step.scan = result_.scans;
     step.attempt = Try();
@@ -191,10 +193,10 @@ class Run {
         cell_, world_,
         {.seed = base::DeriveSeed(base::DeriveSeed(seed_, "attempt"), result_.steps.size()),
          .sensed = &*sensed_,
-         .detector = observer_.detector,
+         .detector = &recorder_.detector(),
          .turn = [this](const Samples& samples) { return tried_.TurnOf(samples); },
          .prefer = [this](grasp::Detection& detection) { tried_.PutFailedLast(detection); },
-         .observer = observer_.execution});
+         .observer = recorder_.Observer()});
   }
 
   // No object in the current scan may be taken: requests a new scan or ends the run.
@@ -272,7 +274,7 @@ class Run {
   const int max_grasps_;
   sim::World& world_;
   const std::uint64_t seed_;
-  const ClearingObserver& observer_;
+  trial::Recorder& recorder_;
   TriedObjects tried_;
   Clearing result_;
   std::optional<Sensed> sensed_;
@@ -292,8 +294,8 @@ int Clearing::Count(Fate fate) const {
 }
 
 Clearing ClearTable(const trial::Cell& cell, const ClearingOptions& options, sim::World& world,
-                    std::uint64_t seed, const ClearingObserver& observer) {
-  return Run(cell, options, world, seed, observer).Go();
+                    std::uint64_t seed, trial::Recorder& recorder) {
+  return Run(cell, options, world, seed, recorder).Go();
 }
 
 }  // namespace rangegrasp::clearing

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +11,7 @@
 #include "geometry/observation.h"
 #include "grasp/detector.h"
 #include "sim/world.h"
+#include "trial/recorder.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::clearing {
@@ -138,14 +138,6 @@ struct Clearing {
   int Count(Fate fate) const;  ///< number of objects
 };
 
-/// Observers of a run.
-struct ClearingObserver {
-  const trial::Detector* detector = nullptr;  ///< replaces the cell's; may be null
-  sim::ExecutionObserver execution;
-  std::function<void(int attempt)> on_attempt;  ///< before each, from 1; may be empty
-  std::function<void(sim::World&)> on_end;      ///< may be empty
-};
-
 /// Clears the world (section 5.1, fig. 5.2): scans, grasps the topmost object, delivers it, and
 /// repeats this until nothing is perceived or nothing can be done.
 ///
@@ -157,7 +149,8 @@ struct ClearingObserver {
 /// (trial::GoHome). Friction should be drawn before.
 /// @param world  settled, the arm at home; the remaining objects stay in it
 /// @param seed  each scan and each attempt draws from its own stream of this seed
+/// @param recorder  has the detector, and takes pictures of each attempt and at the end
 Clearing ClearTable(const trial::Cell& cell, const ClearingOptions& options, sim::World& world,
-                    std::uint64_t seed, const ClearingObserver& observer = {});
+                    std::uint64_t seed, trial::Recorder& recorder);
 
 }  // namespace rangegrasp::clearing

@@ -46,9 +46,11 @@ sim::World TwoObjects() {
 }
 
 // The cell's detector with a change applied to its detections.
-class Changed : public trial::Detector {
+class Changed : public trial::Recorder, public trial::Detector {
  public:
-  explicit Changed(std::function<void(grasp::Detection&)> change) : change_(std::move(change)) {}
+  explicit Changed(std::function<void(grasp::Detection&)> change)
+      : Recorder(TestCell()), change_(std::move(change)) {}
+  const trial::Detector& detector() const override { return *this; }
   trial::Detected Detect(const geometry::Observation& observation, base::Rng& rng,
                          const trial::Turn& turn) const override {
     auto detected = TestCell().detector->Detect(observation, rng, turn);
@@ -60,11 +62,10 @@ class Changed : public trial::Detector {
   std::function<void(grasp::Detection&)> change_;
 };
 
-Clearing Clear(sim::World& world, const Changed* detector = nullptr,
+Clearing Clear(sim::World& world, trial::Recorder* changed = nullptr,
                const ClearingOptions& options = {.max_grasps = 36}) {
-  ClearingObserver observer;
-  observer.detector = detector;
-  return ClearTable(TestCell(), options, world, /*seed=*/7, observer);
+  trial::Recorder none(TestCell());
+  return ClearTable(TestCell(), options, world, /*seed=*/7, changed ? *changed : none);
 }
 
 TEST(ClearTable, TwoObjectsApartAreClearedWithTwoGrasps) {
@@ -87,7 +88,7 @@ TEST(ClearTable, TwoObjectsApartAreClearedWithTwoGrasps) {
 TEST(ClearTable, AHandThatClosesOnNothingIsFeltAndTriesThreeTimes) {
   auto world = Placed({"salt_cuboid"}, {{0.0, 0.0}});
   // Half an opening above the object.
-  const Changed beside([](grasp::Detection& detection) {
+  Changed beside([](grasp::Detection& detection) {
     for (auto& g : detection.grasps) g.X_CH.translation().z() += 0.15;
   });
   const Clearing run = Clear(world, &beside);
@@ -109,7 +110,7 @@ TEST(ClearTable, AHandThatClosesOnNothingIsFeltAndTriesThreeTimes) {
 
 TEST(ClearTable, AnObjectThatCannotBeTakenDoesNotKeepTheOthers) {
   auto world = TwoObjects();
-  const Changed blocked([](grasp::Detection& detection) {
+  Changed blocked([](grasp::Detection& detection) {
     for (auto& g : detection.grasps) g.collides = g.X_CH.translation().y() > 0.0;
   });
   const Clearing run = Clear(world, &blocked);
@@ -121,7 +122,7 @@ TEST(ClearTable, AnObjectThatCannotBeTakenDoesNotKeepTheOthers) {
 
 TEST(ClearTable, EndsWhereNothingIsGraspable) {
   auto world = TwoObjects();
-  const Changed blocked([](grasp::Detection& detection) {
+  Changed blocked([](grasp::Detection& detection) {
     for (auto& g : detection.grasps) g.collides = true;
   });
   const Clearing run = Clear(world, &blocked);

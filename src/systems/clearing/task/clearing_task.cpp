@@ -228,7 +228,10 @@ class ClearingExperiment : public trial::SceneTask {
 
   void Hide(const std::filesystem::path& folder) override { cell_.Hide(folder); }
 
-  Result Run(const Case& which) const override { return RunCase(which, {}); }
+  Result Run(const Case& which) const override {
+    trial::Recorder none(cell_);
+    return RunCase(which, none);
+  }
 
   // With snapshots, attempt 3 of case pile-0001 gives `pile-0001_03_perceived.png`,
   // `_03_start.png` and `_03_lifted.png`. The run gives `pile-0001_end.png` and
@@ -238,18 +241,7 @@ class ClearingExperiment : public trial::SceneTask {
     // Skips the end of a grasp: it looks like the start of the next one, except that the objects
     // at the delivery place are removed by then.
     recorder->KeepMoments({"start", "lifted"});
-    ClearingObserver observer;
-    observer.detector = &recorder->detector();
-    observer.execution = recorder->Observer();
-    observer.on_attempt = [&](int attempt) {
-      recorder->SetPrefix(fmt::format("{}_{:02}", which.id, attempt));
-    };
-    observer.on_end = [&](sim::World& world) {
-      recorder->SetPrefix(which.id);
-      recorder->KeepMoments({"end"});
-      recorder->Take("end", world);
-    };
-    const Result result = RunCase(which, observer);
+    const Result result = RunCase(which, *recorder);
     recorder->Finish();
     return result;
   }
@@ -263,14 +255,14 @@ class ClearingExperiment : public trial::SceneTask {
   const trial::Cell& cell() const override { return cell_; }
 
  private:
-  Result RunCase(const Case& which, const ClearingObserver& observer) const {
+  Result RunCase(const Case& which, trial::Recorder& recorder) const {
     const trial::TrialSpec spec = trial::SpecOf(which);
     base::Stopwatch watch;
     trial::Redraws redraws;
     auto arranged = Arrange(which, redraws);
     if (!arranged) return trial::NoArrangement(redraws);
     const double arrange_s = watch.Restart();
-    const Clearing clearing = ClearTable(cell_, options_, arranged->world, which.seed, observer);
+    const Clearing clearing = ClearTable(cell_, options_, arranged->world, which.seed, recorder);
     Result result = ResultOf(clearing, spec.object);
     result.seconds.insert(result.seconds.begin(), {"arrange", arrange_s});
     result.seconds.emplace_back("clearing", watch.Seconds());

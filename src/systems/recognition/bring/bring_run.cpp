@@ -71,14 +71,14 @@ class TriesByPlace {
 class Run {
  public:
   Run(const Setup& setup, std::string wanted, std::optional<int> target, std::uint64_t seed,
-      sim::World& world, const BringObserver& observer)
+      sim::World& world, trial::Recorder& recorder)
       : setup_(setup),
         options_(setup.options),
         wanted_(std::move(wanted)),
         target_(target),
         seed_(seed),
         world_(world),
-        observer_(observer) {
+        recorder_(recorder) {
     const trial::Options& cell = setup.cell.options;
     const auto wrist = trial::Of<views::WristViewOptions>(cell, views::kWristViews);
     if (!wrist.sensor.empty() && options_.max_looks > 1) {
@@ -257,7 +257,7 @@ class Run {
   // Adds a step to the result. The run ends if the attempt or the physics engine failed.
   const Attempt& TryAt(std::size_t object, bool wanted) {
     const std::size_t number = result_.steps.size();
-    if (observer_.on_attempt) observer_.on_attempt(static_cast<int>(number) + 1);
+    recorder_.SetAttempt(static_cast<int>(number) + 1);
     Step& step = result_.steps.emplace_back();
     step.at_wanted = wanted;
     const auto& found = known_.found[object];
@@ -304,7 +304,7 @@ class Run {
 
   // Ground truth: whether the hand presses on keep-free parts of the wanted object after lifting.
   sim::ExecutionObserver Watching(Step& step) const {
-    sim::ExecutionObserver watching = observer_.execution;
+    sim::ExecutionObserver watching = recorder_.Observer();
     const auto show = watching.on_moment;
     watching.on_moment = [this, show, &step](const std::string& moment, sim::World& world) {
       if (moment == "lifted" && target_) step.touched_kept_free = PressesOnKeptFree(world);
@@ -427,7 +427,6 @@ class Run {
   template <typename... T>
   void Say(fmt::format_string<T...> text, T&&... args) {
     result_.words.push_back(fmt::format(text, std::forward<T>(args)...));
-    if (observer_.on_words) observer_.on_words(result_.words.back());
   }
 
   /// Hands this far apart grasp in different ways: half of a fingertip's width.
@@ -439,7 +438,7 @@ class Run {
   const std::optional<int> target_;  // ground truth
   const std::uint64_t seed_;
   sim::World& world_;
-  const BringObserver& observer_;
+  trial::Recorder& recorder_;
   Bring result_;
   Sensed sensed_;
   std::vector<recognition::FoundObject> found_;  // in the looks at the current table
@@ -507,8 +506,8 @@ std::string WhyNotNamed(const NamedGrasps& known, const std::string& use,
 }
 
 Bring BringObject(const Setup& setup, const std::string& wanted, std::optional<int> target,
-                  std::uint64_t seed, sim::World& world, const BringObserver& observer) {
-  Bring run = Run(setup, wanted, target, seed, world, observer).Go();
+                  std::uint64_t seed, sim::World& world, trial::Recorder& recorder) {
+  Bring run = Run(setup, wanted, target, seed, world, recorder).Go();
   run.outcome = Judge(run, target, world);
   if (target) run.friction = world.glove_friction(*target).static_mu;
   return run;

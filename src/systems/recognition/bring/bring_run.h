@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,6 +13,7 @@
 #include "recognition/library.h"
 #include "recognition/recognize.h"
 #include "sim/world.h"
+#include "trial/recorder.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::bring {
@@ -77,13 +77,6 @@ struct Bring {
   double moved_s = 0.0;   ///< motions to the viewpoints
 };
 
-/// Observers of a run; each may be empty.
-struct BringObserver {
-  sim::ExecutionObserver execution;
-  std::function<void(const std::string&)> on_words;
-  std::function<void(int attempt)> on_attempt;  ///< called before each, from 1
-};
-
 /// Data shared by all runs of an experiment.
 struct Setup {
   const BringOptions& options;
@@ -109,7 +102,8 @@ std::string WhyNotNamed(const grasp::NamedGrasps& known, const std::string& use,
 /// @param world  settled, with the arm at home
 /// @param wanted  an object of the library
 /// @param target  ground truth: its index in the world; nullopt: it is absent
+/// @param recorder  takes pictures of each attempt
 Bring BringObject(const Setup& setup, const std::string& wanted, std::optional<int> target,
-                  std::uint64_t seed, sim::World& world, const BringObserver& observer = {});
+                  std::uint64_t seed, sim::World& world, trial::Recorder& recorder);
 
 }  // namespace rangegrasp::bring

@@ -56,12 +56,18 @@ void BringIt(const BringArguments& a) {
   changes.trials = 1;
   const auto file = base::FindExperiment(a.experiment);
   const auto opened = experiment::OpenExperiment(file, changes, RefuseErrors(file));
+  if (opened.kind->name != bring::BringTask().name) {
+    throw base::InputError("the experiment has another task; write `task: bring` into it");
+  }
   const experiment::Case& which = RunOf(a.object, opened);
-  const auto say = [](const std::string& words) { WriteResult(words + "\n"); };
   experiment::ReplayOptions pictures;
   pictures.folder = a.pictures;
   pictures.snapshots = !a.pictures.empty();
-  const auto result = bring::BringAloud(*opened.task, which, say, pictures);
+  const auto result = opened.task->Replay(which, pictures);
+  const auto data = ordered_json::parse(result.data);
+  for (const std::string words : data.value("words", ordered_json::array())) {
+    WriteResult(words + "\n");
+  }
   WriteResult(fmt::format("{}: {}\n", which.id, result.outcome));
   if (const auto grasp = opened.kind->summary(result); !grasp.empty()) {
     WriteResult("  " + grasp + "\n");

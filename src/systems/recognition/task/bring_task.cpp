@@ -228,24 +228,16 @@ class BringExperiment : public trial::SceneTask {
     return cases;
   }
 
-  experiment::Result Run(const Case& which) const override { return RunCase(which, {}); }
+  experiment::Result Run(const Case& which) const override {
+    trial::Recorder none(cell_);
+    return RunCase(which, none);
+  }
 
   experiment::Result Replay(const Case& which,
                             const experiment::ReplayOptions& options) const override {
-    return Aloud(which, {}, options);
-  }
-
-  experiment::Result Aloud(const Case& which, const std::function<void(const std::string&)>& say,
-                           const experiment::ReplayOptions& options) const {
     const auto recorder = trial::MakeRecorder(cell_, which.id, options);
     recorder->KeepMoments({"start", "closed", "lifted", "taken"});
-    BringObserver observer;
-    observer.on_words = say;
-    observer.execution = recorder->Observer();
-    observer.on_attempt = [&](int attempt) {
-      recorder->SetPrefix(fmt::format("{}_{:02}", which.id, attempt));
-    };
-    const auto result = RunCase(which, observer);
+    const auto result = RunCase(which, *recorder);
     recorder->Finish();
     return result;
   }
@@ -276,7 +268,7 @@ class BringExperiment : public trial::SceneTask {
   }
 
  private:
-  experiment::Result RunCase(const Case& which, const BringObserver& observer) const {
+  experiment::Result RunCase(const Case& which, trial::Recorder& recorder) const {
     const std::string wanted = trial::SpecOf(which).object;
     base::Stopwatch watch;
     trial::Redraws redraws;
@@ -286,7 +278,7 @@ class BringExperiment : public trial::SceneTask {
     const auto target = NumberOf(wanted, world);
     const double arrange_s = watch.Restart();
     const Bring run = BringObject({options_, cell_, library_, grasps_}, wanted, target, which.seed,
-                                  world, observer);
+                                  world, recorder);
     experiment::Result result = ResultOf(run, wanted, target.has_value());
     result.seconds.insert(result.seconds.begin(), {"arrange", arrange_s});
     result.seconds.emplace_back("bring", watch.Seconds());
@@ -348,15 +340,6 @@ const experiment::TaskKind& BringTask() {
       .report = ReportOf,
       .summary = GraspOf};
   return kind;
-}
-
-experiment::Result BringAloud(const experiment::Task& task, const Case& which,
-                              const std::function<void(const std::string&)>& say,
-                              const experiment::ReplayOptions& options) {
-  const auto* bring = dynamic_cast<const BringExperiment*>(&task);
-  if (!bring)
-    throw base::InputError("the experiment has another task; write `task: bring` into it");
-  return bring->Aloud(which, say, options);
 }
 
 experiment::Result ResultOf(const Bring& run, const std::string& wanted, bool present) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <string>
 
 #include "experiment/record.h"
@@ -13,14 +12,6 @@ namespace rangegrasp::bring {
 /// `task: bring`: a wanted object among others is searched for, grasped and handed over (section
 /// 7.2). A case is one run; the group is the wanted object.
 const experiment::TaskKind& BringTask();
-
-/// One run of such an experiment. Its words are passed on while it runs; pictures are made if the
-/// options request them.
-/// @param task  of `task: bring`
-/// @throws base::InputError if it is of another kind.
-experiment::Result BringAloud(const experiment::Task& task, const experiment::Case& which,
-                              const std::function<void(const std::string&)>& say,
-                              const experiment::ReplayOptions& options);
 
 /// The stored result of a run. Data: wanted, present, friction, said, words, looks, cleared,
 /// homing_s, simulated_s, attempts (each as in a single trial, with at_wanted, taken_for, grasp,

@@ -186,7 +186,7 @@ class FilmRecorder : public trial::Recorder {
  public:
   FilmRecorder(const trial::Cell& cell, const std::string& prefix,
                const experiment::ReplayOptions& options)
-      : Recorder(cell), options_(options), name_(prefix), prefix_(prefix), film_(prefix) {
+      : Recorder(cell, prefix), options_(options), prefix_(prefix), film_(prefix) {
     if (!options.camera.empty()) CheckCamera(cell, options.camera);
     if (!options.video.empty()) video_ = std::make_unique<Video>(options.video);
     detector_ =
@@ -313,7 +313,7 @@ class FilmRecorder : public trial::Recorder {
   }
 
   experiment::ReplayOptions options_;
-  std::string name_, prefix_;
+  std::string prefix_;
   std::vector<std::string> moments_;
   ViewWatcher on_view_;
   std::unique_ptr<sim::Renderer> renderer_, film_renderer_;
