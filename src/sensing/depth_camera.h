@@ -8,7 +8,7 @@
 #include "base/rng.h"
 #include "sensing/line_scanner.h"
 #include "sensing/range_sensor_options.h"
-#include "sim/visual_mesh.h"
+#include "sim/world.h"
 
 namespace rangegrasp::sensing {
 

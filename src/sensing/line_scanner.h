@@ -7,7 +7,7 @@
 #include "geometry/observation.h"
 #include "geometry/point_cloud.h"
 #include "sensing/range_sensor_options.h"
-#include "sim/visual_mesh.h"
+#include "sim/world.h"
 
 namespace rangegrasp::sensing {
 

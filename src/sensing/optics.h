@@ -6,7 +6,7 @@
 #include "base/frames.h"
 #include "geometry/ray_caster.h"
 #include "sensing/range_sensor_options.h"
-#include "sim/visual_mesh.h"
+#include "sim/world.h"
 
 namespace rangegrasp::sensing {
 

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/visual_mesh.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim {

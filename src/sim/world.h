@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -11,7 +12,8 @@
 
 #include "base/frames.h"
 #include "base/rng.h"
-#include "sim/visual_mesh.h"
+#include "geometry/mesh.h"
+#include "geometry/ray_caster.h"
 
 struct mjModel_;
 struct mjData_;
@@ -40,6 +42,25 @@ struct PhysicsOptions {
   std::optional<double> glove_friction;   ///< both coefficients on everything (for self-tests)
   std::optional<double> box_wall_m = {};  ///< inner height of the box; if absent, as in the scene
   int min_noslip = 0;  ///< at least so many iterations against creep, even if the scene has fewer
+};
+
+/// How a surface reflects a red laser line (635 nm).
+struct OpticalSurface {
+  double albedo = 0.7;   ///< 0..1, diffuse
+  double gloss = 0.0;    ///< 0..1, share of mirror-like reflection
+  double clarity = 0.0;  ///< 0..1, 1 = fully clear
+};
+
+/// The label of an open box that objects lie in; it is above the labels of all objects.
+inline constexpr std::uint32_t kContainerLabel = 1000;
+
+/// A surface in the world that a sensor may see, with a label that only the scorer may read.
+struct VisualMesh {
+  geometry::TriangleMesh mesh_W;
+  OpticalSurface surface;
+  geometry::MeshColors colors;  ///< a print's albedo takes precedence over the surface's
+  std::uint32_t label = 0;      ///< 0: the scene (table, robot, ...); object i has label i + 1;
+                                ///< an open box that they lie in has kContainerLabel
 };
 
 /// An open box of the scene. The box of the site "container" in its body is the interior.

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "base/units.h"
-#include "sim/visual_mesh.h"
+#include "sim/world.h"
 
 namespace rangegrasp::sensing::test {
 

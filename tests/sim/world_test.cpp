@@ -10,7 +10,6 @@
 
 #include "error_of.h"
 #include "sim/scene_files.h"
-#include "sim/visual_mesh.h"
 
 namespace rangegrasp::sim {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "geometry/shape.h"
 #include "robot/mjcf/hand.h"
-#include "sim/visual_mesh.h"
+#include "sim/world.h"
 
 namespace rangegrasp::sim::internal {
 

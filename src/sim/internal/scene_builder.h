@@ -7,7 +7,6 @@
 #include "robot/mjcf/files.h"
 #include "sim/internal/engine.h"
 #include "sim/surfaces.h"
-#include "sim/visual_mesh.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sim::internal {

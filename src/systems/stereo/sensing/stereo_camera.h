@@ -12,7 +12,6 @@
 #include "base/rng.h"
 #include "base/units.h"
 #include "sim/render.h"
-#include "sim/visual_mesh.h"
 #include "sim/world.h"
 #include "stereo/camera.h"
 

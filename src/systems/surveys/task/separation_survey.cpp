@@ -8,7 +8,7 @@
 #include "pcl_bridge/pcl_segmentation.h"
 #include "perception/perceive.h"
 #include "perception/preprocess.h"
-#include "sim/visual_mesh.h"
+#include "sim/world.h"
 #include "surveys/separation.h"
 #include "surveys/task/measures.h"
 
