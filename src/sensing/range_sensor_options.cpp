@@ -12,29 +12,20 @@ using base::kDeg;
 using base::kMm;
 using Eigen::Vector3d;
 
-/// Every shared key with its option, range and documentation.
-/// @tparam Source  a file (base::YamlMap), or a check of ranges (base::RangeCheck)
+// Every key with its option and range. models/sensors/line_scanner.yaml and depth_camera_*.yaml
+// document them. @tparam Source  a file (base::YamlMap), or a check of ranges (base::RangeCheck)
 template <typename Source, typename Options>
 void ReadSharedKeys(Source& from, Options& o) {
-  from.ReadScaled("dropout_begin_deg", o.dropout_begin_rad, kDeg, 0.0, 90.0,
-                  "angle of incidence above which samples are lost");
-  from.ReadScaled("dropout_end_deg", o.dropout_end_rad, kDeg, 0.0, 90.0,
-                  "angle of incidence above which all samples are lost");
-  from.ReadScaled("saturation_angle_deg", o.saturation_angle_rad, kDeg, 0.0, 180.0,
-                  "angle to the mirror direction below which gloss blinds the camera");
-  from.ReadScaled("dropout_patch_mm", o.dropout_patch_m, kMm, 0.0, 1000.0,
-                  "size of the patches of samples that are lost together because of incidence or "
-                  "gloss; 0: single samples");
-  from.ReadScaled("calibration_sigma_mm", o.calibration_sigma_m, kMm, 0.0, 1000.0,
-                  "calibration error of the head's position, root mean square");
-  from.ReadScaled("calibration_sigma_deg", o.calibration_sigma_rad, kDeg, 0.0, 90.0,
-                  "calibration error of the head's orientation, root mean square");
-  from.Read("color", o.color, "the sensor also measures each sample's color, in the room's light");
-  from.Read("color_noise_levels", o.color_noise_levels, 0.0, 255.0, "noise of the color, of 255");
-  from.Read("color_gain_sigma", o.color_gain_sigma, 0.0, 1.0,
-            "error of the color channels' balance, relative; one draw per channel and scan");
-  from.ReadScaled("color_shift_mm", o.color_shift_m, kMm, 0.0, 100.0,
-                  "distance between a sample and its color, root mean square; one draw per scan");
+  from.ReadScaled("dropout_begin_deg", o.dropout_begin_rad, kDeg, 0.0, 90.0);
+  from.ReadScaled("dropout_end_deg", o.dropout_end_rad, kDeg, 0.0, 90.0);
+  from.ReadScaled("saturation_angle_deg", o.saturation_angle_rad, kDeg, 0.0, 180.0);
+  from.ReadScaled("dropout_patch_mm", o.dropout_patch_m, kMm, 0.0, 1000.0);
+  from.ReadScaled("calibration_sigma_mm", o.calibration_sigma_m, kMm, 0.0, 1000.0);
+  from.ReadScaled("calibration_sigma_deg", o.calibration_sigma_rad, kDeg, 0.0, 90.0);
+  from.Read("color", o.color);
+  from.Read("color_noise_levels", o.color_noise_levels, 0.0, 255.0);
+  from.Read("color_gain_sigma", o.color_gain_sigma, 0.0, 1.0);
+  from.ReadScaled("color_shift_mm", o.color_shift_m, kMm, 0.0, 100.0);
 }
 
 constexpr char kDropoutsDoNotBegin[] = "dropout_begin_deg must be less than dropout_end_deg";
@@ -54,81 +45,50 @@ void FinishShared(const base::YamlMap& map, const RangeSensorOptions& options) {
 
 constexpr double kMicrometer = 1e-6;
 
-/// Every key with its option, range and documentation. The source is a file or a check of ranges.
 template <typename Source, typename Options>
 void ReadKeys(Source& from, Options& o) {
-  from.Read("samples", o.samples, 2, 8192, "number of points of a profile, along the line");
-  from.Read("profiles", o.profiles, 1, 8192, "number of profiles of a scan");
-  from.ReadScaled("fan_deg", o.fan_rad, kDeg, 0.1, 120.0,
-                  "opening angle of the laser's fan, and of the camera along the line");
-  from.ReadScaled(
-      "pan_range_deg", o.pan_range_rad, kDeg, 0.0, 180.0,
-      "angle between the first and the last profile, symmetric about the forward direction");
-  from.ReadScaled("baseline_mm", o.baseline_m, kMm, 1.0, 5000.0,
-                  "distance from the laser to the camera");
-  from.ReadScaled("focal_length_mm", o.focal_length_m, kMm, 0.5, 500.0,
-                  "focal length of the camera's lens");
-  from.ReadScaled("pixel_pitch_um", o.pixel_pitch_m, kMicrometer, 0.1, 100.0,
-                  "pixel size of the camera");
-  from.Read("sensor_pixels", o.sensor_pixels, 8, 65536,
-            "number of pixels that are read across the line; this limits the measurable depths");
-  from.ReadScaled("focus_distance_mm", o.focus_distance_m, kMm, 10.0, 100000.0,
-                  "depth at which the camera's axis meets the laser's plane");
-  from.ReadScaled("near_mm", o.near_m, kMm, 10.0, 10000.0,
-                  "minimum depth; anything nearer to the head is ignored");
-  from.ReadScaled("line_width_mm", o.line_width_m, kMm, 0.0, 50.0,
-                  "1/e^2 width of the line on a surface");
-  from.Read("blur_px", o.blur_px, 0.0, 100.0,
-            "1/e^2 width that lens and pixels add to the line's image");
-  from.Read("centroid_sigma_px", o.centroid_sigma_px, 0.0, 100.0,
-            "white noise of the peak's centroid");
-  from.ReadScaled("speckle_sigma_mm", o.speckle_sigma_m, kMm, 0.0, 100.0,
-                  "depth noise by speckle at a depth of 1 m, growing with the squared distance");
-  from.Read("correlation_samples", o.correlation_samples, 0.01, 10000.0,
-            "1/e length of the speckle along the line, in samples");
-  from.Read("quantisation_px", o.quantisation_px, 0.0, 100.0,
-            "resolution of the centroid; 0: none");
-  from.ReadScaled("pan_jitter_deg", o.pan_jitter_rad, kDeg, 0.0, 10.0,
-                  "standard deviation of the pan angle, one value per profile");
+  from.Read("samples", o.samples, 2, 8192);
+  from.Read("profiles", o.profiles, 1, 8192);
+  from.ReadScaled("fan_deg", o.fan_rad, kDeg, 0.1, 120.0);
+  from.ReadScaled("pan_range_deg", o.pan_range_rad, kDeg, 0.0, 180.0);
+  from.ReadScaled("baseline_mm", o.baseline_m, kMm, 1.0, 5000.0);
+  from.ReadScaled("focal_length_mm", o.focal_length_m, kMm, 0.5, 500.0);
+  from.ReadScaled("pixel_pitch_um", o.pixel_pitch_m, kMicrometer, 0.1, 100.0);
+  from.Read("sensor_pixels", o.sensor_pixels, 8, 65536);
+  from.ReadScaled("focus_distance_mm", o.focus_distance_m, kMm, 10.0, 100000.0);
+  from.ReadScaled("near_mm", o.near_m, kMm, 10.0, 10000.0);
+  from.ReadScaled("line_width_mm", o.line_width_m, kMm, 0.0, 50.0);
+  from.Read("blur_px", o.blur_px, 0.0, 100.0);
+  from.Read("centroid_sigma_px", o.centroid_sigma_px, 0.0, 100.0);
+  from.ReadScaled("speckle_sigma_mm", o.speckle_sigma_m, kMm, 0.0, 100.0);
+  from.Read("correlation_samples", o.correlation_samples, 0.01, 10000.0);
+  from.Read("quantisation_px", o.quantisation_px, 0.0, 100.0);
+  from.ReadScaled("pan_jitter_deg", o.pan_jitter_rad, kDeg, 0.0, 10.0);
   ReadSharedKeys(from, o);
 }
 
 // Maximum coordinate in a file: far beyond any work cell, but small enough to detect a wrong unit.
 constexpr double kFarthest_mm = 1e5;
 
-/// Every key with its option, range and documentation.
 void ReadCameraKeys(base::YamlMap& from, DepthCameraOptions& o) {
-  from.Read("width_px", o.width, 2, 4096, "columns of the depth image");
-  from.Read("height_px", o.height, 2, 4096, "rows of the depth image");
-  from.ReadScaled("field_deg", o.field_right_rad, kDeg, 1.0, 150.0,
-                  "horizontal field of view; pixels are square");
-  from.ReadScaled("min_depth_mm", o.min_depth_m, kMm, 1.0, 100000.0, "minimum measurable depth");
-  from.ReadScaled("max_depth_mm", o.max_depth_m, kMm, 1.0, 100000.0, "maximum measurable depth");
-  from.Read("frames", o.frames, 1, 1000,
-            "number of images that are averaged; reduces the noise that differs between images");
-  from.ReadScaled("baseline_mm", o.baseline_m, kMm, 1.0, 5000.0,
-                  "active stereo: distance between the two lenses");
-  from.Read("disparity_sigma_px", o.disparity_sigma_px, 0.0, 10.0,
-            "active stereo: noise of the disparity; the depth's is z^2 / (f b) times that");
-  from.Read("disparity_step_px", o.disparity_step_px, 0.0, 10.0,
-            "active stereo: resolution of the disparity; 0: none");
-  from.Read("window_px", o.window_px, 1, 63,
-            "active stereo: columns over which the matching averages: neighbors' errors are alike");
-  from.Read("window_rows_px", o.window_rows_px, 1, 63, "active stereo: rows of that window");
-  from.Read("fixed_share", o.fixed_share, 0.0, 1.0,
-            "share of the noise's variance that is the same in all images of a scene");
-  from.ReadScaled("range_sigma_mm", o.range_sigma_m, kMm, 0.0, 1000.0,
-                  "time of flight: noise at 1 m on a white surface that faces the camera; grows "
-                  "with the range and the inverse root of the reflected light");
-  from.ReadScaled("range_offset_mm", o.range_offset_m, kMm, 0.0, 1000.0,
-                  "time of flight: error of all ranges, root mean square; one draw per scan");
-  from.Read("edge_reach_px", o.edge_reach_px, 0.0, 32.0,
-            "distance from a depth edge within which samples are lost, mixed or moved across it");
-  from.Read("edge_loss", o.edge_loss, 0.0, 1.0, "share of these samples that are lost");
-  from.Read("flying_share", o.flying_share, 0.0, 1.0,
-            "share of the other samples there that lie between the two surfaces (flying pixels)");
-  from.Read("lateral_sigma_px", o.lateral_sigma_px, 0.0, 10.0,
-            "noise of the place of depth edges in the image");
+  from.Read("width_px", o.width, 2, 4096);
+  from.Read("height_px", o.height, 2, 4096);
+  from.ReadScaled("field_deg", o.field_right_rad, kDeg, 1.0, 150.0);
+  from.ReadScaled("min_depth_mm", o.min_depth_m, kMm, 1.0, 100000.0);
+  from.ReadScaled("max_depth_mm", o.max_depth_m, kMm, 1.0, 100000.0);
+  from.Read("frames", o.frames, 1, 1000);
+  from.ReadScaled("baseline_mm", o.baseline_m, kMm, 1.0, 5000.0);
+  from.Read("disparity_sigma_px", o.disparity_sigma_px, 0.0, 10.0);
+  from.Read("disparity_step_px", o.disparity_step_px, 0.0, 10.0);
+  from.Read("window_px", o.window_px, 1, 63);
+  from.Read("window_rows_px", o.window_rows_px, 1, 63);
+  from.Read("fixed_share", o.fixed_share, 0.0, 1.0);
+  from.ReadScaled("range_sigma_mm", o.range_sigma_m, kMm, 0.0, 1000.0);
+  from.ReadScaled("range_offset_mm", o.range_offset_m, kMm, 0.0, 1000.0);
+  from.Read("edge_reach_px", o.edge_reach_px, 0.0, 32.0);
+  from.Read("edge_loss", o.edge_loss, 0.0, 1.0);
+  from.Read("flying_share", o.flying_share, 0.0, 1.0);
+  from.Read("lateral_sigma_px", o.lateral_sigma_px, 0.0, 10.0);
   ReadSharedKeys(from, o);
 }
 
@@ -146,23 +106,21 @@ base::Pose Looking(const Vector3d& from, const Vector3d& to) {
 }
 
 void ReadPlace(base::YamlMap& map, DepthCameraOptions& options) {
-  map.Read("site", options.site,
-           "site of the scene where the camera stands, x right, y down, z forward; a site on the "
-           "arm moves with it");
+  map.Read("site", options.site);
   if (!map.HoldsMap("place")) return;
   if (map.Has("site")) map.Fail("site", "cannot be used with place: give one of the two");
-  base::YamlMap place = map.Child("place", "where the camera stands instead, in world W");
+  base::YamlMap place = map.Child("place");
   Vector3d from, to;
-  const std::array<const char*, 3> from_keys = {"x_mm", "y_mm", "z_mm"};
-  const std::array<const char*, 3> to_keys = {"look_x_mm", "look_y_mm", "look_z_mm"};
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto read = [&](const char* key, double& value, const char* doc) {
-      place.Require(key);
-      place.ReadScaled(key, value, kMm, -kFarthest_mm, kFarthest_mm, doc);
-    };
-    read(from_keys[axis], from[axis], "position of the lens");
-    read(to_keys[axis], to[axis], "point in the middle of the image");
-  }
+  const auto read = [&](const char* key, double& value) {
+    place.Require(key);
+    place.ReadScaled(key, value, kMm, -kFarthest_mm, kFarthest_mm);
+  };
+  read("x_mm", from.x());
+  read("look_x_mm", to.x());
+  read("y_mm", from.y());
+  read("look_y_mm", to.y());
+  read("z_mm", from.z());
+  read("look_z_mm", to.z());
   place.Finish();
   if (from == to) {
     map.Fail("place",
@@ -201,7 +159,7 @@ DepthCameraOptions ReadDepthCamera(const std::filesystem::path& file) {
   std::string type = kDepthCamera;
   map.Read("type", type, {kDepthCamera}, "type of the sensor");
   DepthCameraOptions options;
-  map.Read("principle", options.principle, "how depth is measured");
+  map.Read("principle", options.principle);
   ReadCameraKeys(map, options);
   ReadPlace(map, options);
   FinishShared(map, options);

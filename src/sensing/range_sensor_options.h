@@ -11,13 +11,13 @@
 
 namespace rangegrasp::sensing {
 
-/// Options of all simulated range sensors: drop-outs, calibration error, and color camera. The keys
-/// in range_sensor_options.cpp document the fields.
+/// Options of all simulated range sensors: drop-outs, calibration error, and color camera. The
+/// files in models/sensors document the fields.
 struct RangeSensorOptions {
   double dropout_begin_rad = base::Deg(60.0);
   double dropout_end_rad = base::Deg(80.0);
   double saturation_angle_rad = base::Deg(5.0);
-  double dropout_patch_m = 0.008;
+  double dropout_patch_m = 0.008;  ///< 0: single samples
   // Error of the head's pose that the robot knows: one draw per scan.
   double calibration_sigma_m = 0.001;
   double calibration_sigma_rad = base::Deg(0.1);
@@ -52,7 +52,7 @@ struct LineScannerOptions : RangeSensorOptions {
   double centroid_sigma_px = 0.07;
   double speckle_sigma_m = 0.0002;
   double correlation_samples = 2.0;
-  double quantisation_px = 0.0625;
+  double quantisation_px = 0.0625;  ///< 0: none
   double pan_jitter_rad = base::Deg(0.02);
 };
 
@@ -85,14 +85,14 @@ struct DepthCameraOptions : RangeSensorOptions {
   // Active stereo
   double baseline_m = 0.05;
   double disparity_sigma_px = 0.08;
-  double disparity_step_px = 1.0 / 32.0;
+  double disparity_step_px = 1.0 / 32.0;  ///< 0: none
   int window_px = 7;
   int window_rows_px = 7;
   double fixed_share = 0.5;
 
   // Time of flight
   double range_sigma_m = 0.0012;
-  double range_offset_m = 0.003;
+  double range_offset_m = 0.003;  ///< error of all ranges, root mean square; one draw per scan
 
   // Depth edges
   double edge_reach_px = 3.0;
@@ -100,7 +100,7 @@ struct DepthCameraOptions : RangeSensorOptions {
   double flying_share = 0.05;
   double lateral_sigma_px = 0.8;
 
-  std::string site = "scanner";    ///< site in the scene
+  std::string site = "scanner";    ///< site in the scene; one on the arm moves with it
   std::optional<base::Pose> X_WS;  ///< used instead of a site
 };
 
