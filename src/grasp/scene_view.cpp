@@ -43,17 +43,13 @@ void DrawObject(const Scene& scene, const perception::PerceivedObject& object, c
 }
 
 void DrawGrasp(const grasp::Grasp& grasp, const HandModel& hand, Canvas& canvas) {
-  geometry::TriangleMesh mesh;
-  for (const auto& shape : hand.AtGap(grasp.opening_m).shapes) {
-    geometry::Append(geometry::Transformed(geometry::Tessellate(shape, kSegments), grasp.X_CH),
-                     mesh);
-  }
   const Vector3d tool = grasp.X_CG.translation();
   canvas.lines.push_back(
       {{tool - kApproach_m * grasp.X_CG.linear().col(2), tool}, kApproach, kApproach_px});
   const Vector3d half = 0.5 * grasp.width_m * grasp.X_CG.linear().col(0);
   canvas.dots.push_back({{tool - half, tool + half}, kApproach, kContactDot_px});
-  canvas.surfaces.push_back({std::move(mesh), grasp.collides ? kCollidingHand : kHand});
+  canvas.surfaces.push_back(
+      {HandMesh(hand, grasp.opening_m, grasp.X_CH), grasp.collides ? kCollidingHand : kHand});
 }
 
 }  // namespace
@@ -75,6 +71,14 @@ Canvas DrawScene(PointSpan points_C, const Scene& scene,
     DrawGrasp(of_object.front(), hand, canvas);
   }
   return canvas;
+}
+
+geometry::TriangleMesh HandMesh(const HandModel& hand, double gap_m, const base::Pose& X_CH) {
+  geometry::TriangleMesh mesh;
+  for (const auto& shape : hand.AtGap(gap_m).shapes) {
+    geometry::Append(geometry::Transformed(geometry::Tessellate(shape, kSegments), X_CH), mesh);
+  }
+  return mesh;
 }
 
 View LookAtScene(const Scene& scene, const Vector3d& sensor_origin_C) {

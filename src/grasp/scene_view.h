@@ -14,6 +14,9 @@ Canvas DrawScene(geometry::PointSpan points_C, const perception::Scene& scene,
                  const std::vector<std::vector<grasp::Grasp>>& grasps,
                  const robot::HandModel& hand);
 
+/// The hand with a gap between its pads.
+geometry::TriangleMesh HandMesh(const robot::HandModel& hand, double gap_m, const base::Pose& X_CH);
+
 /// A view of the objects of a scene, from the sensor's side and somewhat above.
 View LookAtScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_origin_C);
 /// The same for any points on a table with the normal `up_C`.

@@ -17,7 +17,6 @@ using experiment::View;
 constexpr double kFramePeriod_s = 0.1;  // motions are smooth; the page interpolates between frames
 constexpr double kMinForce_N = 0.05;
 constexpr double kApproach_m = 0.06;  // drawn length of the approach to a grasp
-constexpr int kSegments = 16;         // of the hand's round shapes
 // Maximum numbers of points. Thinning makes no visible difference, and the page loads faster.
 constexpr std::size_t kMaxObjectPoints = 12000;  // per object
 constexpr std::size_t kMaxRestPoints = 9000;     // each: table, outliers, no object
@@ -62,16 +61,12 @@ void AddScene(const perception::Scene& scene, const Eigen::Vector3d& sensor_W, V
   };
   add("table", geometry::Select(scene.points_C, scene.table.points), kTable);
   add("outliers", geometry::Select(scene.points_C, scene.outliers), kOutlier);
-  std::vector<char> used(scene.cloud.size(), 0);
+  std::vector<bool> rest(scene.cloud.size(), true);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     AddObject(scene, scene.objects[i], draw::PaletteColor(i), view);
-    for (const auto p : scene.objects[i].points) used[p] = 1;
+    for (const auto p : scene.objects[i].points) rest[p] = false;
   }
-  geometry::Points rest;
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (!used[i]) rest.push_back(scene.cloud.points[i]);
-  }
-  add("no object", rest, kRest);
+  add("no object", geometry::Select(scene.cloud.points, geometry::PositionsOf(rest)), kRest);
   const auto look = draw::LookAtScene(scene, sensor_W);
   view.eye_W = look.eye;
   view.target_W = look.target;
@@ -88,15 +83,6 @@ void AddGrasp(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand, V
                         {thumb, thumb - 0.4 * back, middle - 0.4 * back, middle - back,
                          middle - 0.4 * back, finger - 0.4 * back, finger},
                         grasp.collides ? kColliding : kFree});
-}
-
-void AddHand(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand, View& view) {
-  geometry::TriangleMesh mesh;
-  for (const auto& shape : hand.AtGap(grasp.opening_m).shapes) {
-    geometry::Append(geometry::Transformed(geometry::Tessellate(shape, kSegments), grasp.X_CH),
-                     mesh);
-  }
-  view.surfaces.push_back({"chosen grasp", std::move(mesh), kHand});
 }
 
 // The executed grasp; if none was, the best collision-free one.
@@ -163,7 +149,10 @@ sim::ExecutionObserver ViewRecorder::Observer() {
 View ViewRecorder::Finish(const Attempt& attempt) {
   const robot::HandModel& hand = cell_.robot.hand();
   for (const auto& grasp : attempt.detected.detection.grasps) AddGrasp(grasp, hand, view_);
-  if (const auto* chosen = ChosenOf(attempt)) AddHand(*chosen, hand, view_);
+  if (const auto* chosen = ChosenOf(attempt)) {
+    view_.surfaces.push_back(
+        {"chosen grasp", draw::HandMesh(hand, chosen->opening_m, chosen->X_CH), kHand});
+  }
   return std::move(view_);
 }
 
