@@ -1,5 +1,7 @@
 #include "perception/perception_options.h"
 
+#include <algorithm>
+
 namespace rangegrasp::perception {
 namespace {
 
