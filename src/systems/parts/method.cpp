@@ -6,7 +6,7 @@
 #include "parts/hierarchy/hierarchy.h"
 #include "parts/mirror/mirroring.h"
 #include "parts/shape/shape_graph.h"
-#include "parts/stretched/pose_invariant.h"
+#include "parts/stretched/embedding.h"
 
 namespace rangegrasp::parts {
 
@@ -17,8 +17,11 @@ Segmentation SegmentBy(Method method, const Shape& input, const MethodOptions& o
   if (shape.IsMesh() && method != Method::kMirror) shape.faces = TurnedOutwards(input);
   switch (method) {
     case Method::kMirror:
-      if (options.pose_invariant) return SegmentPoseInvariant(shape);
-      return SegmentByMirroring(shape, options.go_on_outside);
+      // An embedding intersects itself, so that a center outside of it says nothing about the
+      // shape.
+      return options.pose_invariant
+                 ? SegmentByMirroring(PoseInvariant(shape), /*go_on_outside=*/true)
+                 : SegmentByMirroring(shape, options.go_on_outside);
     case Method::kHierarchy: {
       HierarchyOptions hierarchy{.parts = options.clusters};
       hierarchy.cut_quality = options.cut_quality.value_or(hierarchy.cut_quality);

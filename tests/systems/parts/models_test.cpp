@@ -5,36 +5,22 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
 #include "parts/hierarchy/hierarchy.h"
 #include "parts/metrics/human_score.h"
-#include "parts/mirror/mirroring.h"
 #include "parts/rewritten.h"
 #include "parts/shape/segmentation.h"
 #include "parts/shape/shape.h"
 #include "parts/shape/shape_file.h"
 #include "parts/solids.h"
-#include "parts/stretched/pose_invariant.h"
 
 namespace rangegrasp::parts {
 namespace {
 
 const std::filesystem::path kData =
     std::filesystem::path(RANGEGRASP_SOURCE_DIR) / "../shared/data/psb";
-
-// Four legs (or two arms and two legs), the head and a tail. The tail of 381 lies along a hind leg,
-// and 382 has none.
-TEST(PoseInvariant, LimbsOfFourLeggedAndArmadilloModelsComeApart) {
-  if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
-  for (const int id : {281, 282, 283, 284, 381, 382, 383, 384}) {
-    const Shape shape = ReadShape(kData / "off" / (std::to_string(id) + ".off"));
-    const int limbs = SegmentPoseInvariant(shape).parts - 1;
-    EXPECT_EQ(limbs, id == 381 || id == 382 ? 5 : 6) << id;
-  }
-}
 
 // The models belong to the half that was not used to set options.
 TEST(Hierarchy, IsNearThePeopleOnTheBenchmark) {
@@ -49,21 +35,6 @@ TEST(Hierarchy, IsNearThePeopleOnTheBenchmark) {
     sum += RandError(SegmentHierarchy(shape, {}).label, human);
   }
   EXPECT_LT(sum / static_cast<double>(ids.size()), 0.1);
-}
-
-// The head is 8.8 % of the surface; its short ears were once cut off instead of it.
-TEST(PoseInvariant, TheHeadBetweenAnArmadillosShouldersComesOffWhole) {
-  if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no benchmark models in " << kData;
-  const Shape shape = ReadShape(kData / "off/283.off");
-  const Segmentation found = SegmentPoseInvariant(shape);
-  const FaceFrames frames = BuildFaceFrames(shape);
-  std::map<std::int32_t, double> share;
-  for (std::size_t f = 0; f < found.label.size(); ++f) {
-    share[found.label[f]] += frames.area[f] / frames.total_area;
-  }
-  for (const auto& [label, area] : share) EXPECT_GT(area, 0.02) << label;
-  EXPECT_TRUE(std::ranges::any_of(
-      share, [](const auto& part) { return part.second > 0.08 && part.second < 0.1; }));
 }
 
 // Three models where rounding once decided the result: 20 centers or 19, faces folded onto each

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <map>
 #include <numbers>
-#include <set>
 #include <vector>
 
 #include "parts/shape/segmentation.h"
@@ -219,17 +218,6 @@ inline Shape Twice(const Shape& one) {
   for (const auto& p : one.points) two.points.emplace_back(p + Eigen::Vector3d(9.0, 0.0, 0.0));
   for (const auto& [a, b, c] : one.faces) two.faces.push_back({a + n, b + n, c + n});
   return two;
-}
-
-/// Labels of the parts with at least 1 % of the elements, without the core.
-inline std::set<std::int32_t> LargeParts(const Segmentation& segmentation) {
-  std::map<std::int32_t, std::size_t> size;
-  for (const std::int32_t label : segmentation.label) ++size[label];
-  std::set<std::int32_t> large;
-  for (const auto& [label, count] : size) {
-    if (label != 0 && 100 * count >= segmentation.label.size()) large.insert(label);
-  }
-  return large;
 }
 
 }  // namespace rangegrasp::parts::samples

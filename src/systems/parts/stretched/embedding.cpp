@@ -105,6 +105,11 @@ Eigen::Vector3d PullOf(const MatrixX3d& points, const Eigen::Vector3d& x, const 
   return {(ratio * dx).sum(), (ratio * dy).sum(), (ratio * dz).sum()};
 }
 
+/// Majorisation steps per point. Measured on four-legged and armadillo models: all landmarks and 10
+/// steps come within 1 % of the stress of 30 steps. The linear placement alone has 35-90 % more
+/// stress; the nearest landmarks alone, or interpolation between them, give a rough surface.
+constexpr int kPlacementSteps = 10;
+
 }  // namespace
 
 std::optional<double> UnfoldedDistance(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
@@ -244,6 +249,27 @@ Eigen::Vector3d LandmarkPlacement::Place(const Eigen::Ref<const Eigen::VectorXd>
         PullOf(landmarks_, x, distances.array(), d) / static_cast<double>(landmarks_.rows());
   }
   return x;
+}
+
+Shape PoseInvariant(const Shape& shape, int landmarks) {
+  const LandmarkDistances spread = SpreadLandmarks(GeodesicGraph(shape), landmarks);
+  const Embedding embedding = Smacof(BetweenLandmarks(spread), {});
+  const LandmarkPlacement placement(embedding.positions);
+
+  Shape result = shape;
+  Points& points = result.points;
+  const MatrixXd to_landmarks = spread.distance.transpose();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i] = placement.Place(to_landmarks.col(i), kPlacementSteps);
+  }
+  for (std::size_t k = 0; k < spread.landmark.size(); ++k) {
+    points[spread.landmark[k]] = embedding.positions.row(k);
+  }
+  // An embedding may be a mirror image: faces must still be oriented outwards.
+  if (geometry::Volume({points, shape.faces}) < 0.0) {
+    for (Eigen::Vector3d& p : points) p.z() = -p.z();
+  }
+  return result;
 }
 
 }  // namespace rangegrasp::parts

@@ -66,4 +66,10 @@ class LandmarkPlacement {
   Eigen::Vector3d center_;
 };
 
+/// The pose-invariant form of a shape (section 6.2.3): the same elements at other positions.
+/// Landmarks are embedded by SMACOF; other points are placed by their geodesic distances to them.
+/// @param landmarks  >= 4; shapes with fewer points use all of them. More landmarks embed a shape
+///                   more exactly, at quadratic cost.
+Shape PoseInvariant(const Shape& shape, int landmarks = 400);
+
 }  // namespace rangegrasp::parts

@@ -19,7 +19,7 @@
 #include "parts/shape/shape_file.h"
 #include "parts/shape/shape_graph.h"
 #include "parts/solids.h"
-#include "parts/stretched/pose_invariant.h"
+#include "parts/stretched/embedding.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::parts {
@@ -348,7 +348,7 @@ void ExpectLabels(const Shape& shape, const Segmentation& parts) {
 
 void ExpectEveryMethodToAnswer(const Shape& shape) {
   ExpectLabels(shape, SegmentByMirroring(shape, /*go_on_outside=*/true));
-  ExpectLabels(shape, SegmentPoseInvariant(shape));
+  ExpectLabels(shape, SegmentByMirroring(PoseInvariant(shape), /*go_on_outside=*/true));
   if (!shape.IsMesh()) return;
   ExpectLabels(shape, SegmentHierarchy(shape, {}));
   ExpectLabels(shape, SegmentByKMeans(shape, {}));
@@ -411,7 +411,7 @@ TEST(Robustness, AThousandDamagedFilesGiveAResultOrAnErrorThatNamesThem) {
       ExpectLabels(shape, SegmentByKMeans(shape, {}));
       ExpectLabels(shape, SegmentByCoreExtraction(shape));
       ExpectLabels(shape, SegmentBySdf(shape));
-      ExpectLabels(shape, SegmentPoseInvariant(shape));
+      ExpectLabels(shape, SegmentByMirroring(PoseInvariant(shape), /*go_on_outside=*/true));
     }
   }
   EXPECT_GT(segmented, 200);
