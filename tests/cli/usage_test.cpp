@@ -206,11 +206,10 @@ TEST(Usage, AFileOfAnotherKindThanCanBeWrittenIsRefused) {
 TEST(Usage, PicturesOfAScanNeedALineScanner) {
   const TempFolder folder;
   const std::string cloud = folder / "s.pcd";
-  const std::string stereo = "sensor=../models/sensors/stereo_camera.yaml";
   const std::vector<std::vector<std::string>> choices = {{"--target-only"},
                                                          {"--picture", folder / "s.png"}};
   for (const auto& choice : choices) {
-    std::vector<std::string> arguments = {"scan", kLaserSingle, "--set", stereo, "-o", cloud};
+    std::vector<std::string> arguments = {"scan", kLaserSingle, "--sensor", "stereo", "-o", cloud};
     arguments.insert(arguments.end(), choice.begin(), choice.end());
     ExpectRefused(arguments, "--picture and --target-only need a line scanner");
   }
@@ -370,6 +369,13 @@ TEST_F(BadInputTest, ALinkToItselfIsNamed) {
   std::filesystem::create_symlink("loop", loop);
   for (const char* command : {"table", "trial", "perceive", "run", "check", "snapshot"}) {
     ExpectRefused({command, loop}, "loop: Too many levels of symbolic links");
+  }
+}
+
+TEST_F(BadInputTest, AMissingSensorIsNamedByItsOption) {
+  for (const std::string& file : {kLaserSingle, kTabletop}) {
+    ExpectRefused({"scan", file, "--sensor", "none.yaml", "-o", folder_ / "a.pcd"},
+                  "error: --sensor: no file 'none.yaml'");
   }
 }
 

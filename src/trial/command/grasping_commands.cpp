@@ -325,12 +325,28 @@ Picked PickScene(const fs::path& file, std::optional<std::uint64_t> seed) {
   return picked;
 }
 
+// The path of a sensor's file; "laser" and "stereo" are installed ones.
+fs::path SensorFile(const std::string& sensor) {
+  if (sensor == "laser") return base::DataFolder() / "models/sensors/line_scanner.yaml";
+  if (sensor == "stereo") return base::DataFolder() / "models/sensors/stereo_camera.yaml";
+  if (!fs::is_regular_file(sensor)) {
+    throw base::InputError(
+        fmt::format("--sensor: no file '{}'; give laser, stereo or a sensor file (YAML)", sensor));
+  }
+  return fs::absolute(sensor);
+}
+
 constexpr const char* kNeedsLaser = "--picture and --target-only need a line scanner";
 
 // @param by_laser  the trial's sensor must be one that writes no images of its own
-Picked PickTrial(const PickArguments& arguments, bool by_laser) {
+Picked PickTrial(const PickArguments& arguments, const std::string& sensor, bool by_laser) {
   Picked picked;
-  const auto& [file, trial, changes] = arguments;
+  const auto& [file, trial, given] = arguments;
+  experiment::Changes changes = given;
+  if (!sensor.empty()) {
+    const std::string path = SensorFile(sensor).string();
+    changes.set.push_back("sensor=" + nlohmann::json(path).dump());  // which is YAML
+  }
   picked.experiment = experiment::OpenExperiment(file, changes);
   picked.task = dynamic_cast<const trial::SceneTask*>(picked.experiment.task.get());
   if (!picked.task) {
@@ -355,9 +371,9 @@ Picked PickTrial(const PickArguments& arguments, bool by_laser) {
   return picked;
 }
 
-Picked Pick(const PickArguments& arguments, bool by_laser = false) {
+Picked Pick(const PickArguments& arguments, const std::string& sensor = "", bool by_laser = false) {
   CheckPickable(arguments);
-  if (IsExperiment(arguments.file)) return PickTrial(arguments, by_laser);
+  if (IsExperiment(arguments.file)) return PickTrial(arguments, sensor, by_laser);
   return PickScene(arguments.file, arguments.changes.seed);
 }
 
@@ -511,7 +527,7 @@ image::Image DrawScan(const sensing::Scan& scan, const std::vector<sim::VisualMe
 }
 
 struct ScanArguments : PickArguments {
-  std::string out, picture;
+  std::string out, sensor, picture;
   bool target_only = false;
 };
 
@@ -534,6 +550,9 @@ void AddScan(CLI::App& app) {
   command->add_option("-o,--out", arguments->out, "output cloud, .pcd or .ply")->required();
   AddPickOptions(*command, *arguments);
   command->add_option("--picture", arguments->picture, "PNG file of the cloud and both shadows");
+  command->add_option("--sensor", arguments->sensor,
+                      "laser, stereo, or a sensor file (YAML), instead of the experiment's; for a "
+                      "scene, the file of a line scanner or depth camera");
   command->add_flag("--target-only", arguments->target_only,
                     "experiments only: write only the target's points, e.g. for rangegrasp parts");
   command->footer(
@@ -551,10 +570,16 @@ void AddScan(CLI::App& app) {
     CheckEnding(arguments->out, {".pcd", ".ply"});
     if (!arguments->picture.empty()) CheckEnding(arguments->picture, {".png"});
     const bool by_laser = arguments->target_only || !arguments->picture.empty();
-    Picked picked = Pick(*arguments, by_laser);
+    Picked picked = Pick(*arguments, arguments->sensor, by_laser);
     if (WriteItsLook(picked, arguments->out)) return;
-    const sensing::LineScannerOptions sensor =
-        picked.experiment.task ? picked.cell().scanner : sensing::LineScannerOptions{};
+    const sensing::RangeSensor sensor =
+        picked.experiment.task      ? picked.cell().scanner
+        : arguments->sensor.empty() ? sensing::LineScannerOptions{}
+                                    : sensing::ReadRangeSensor(SensorFile(arguments->sensor));
+    if (!arguments->picture.empty() &&
+        !std::holds_alternative<sensing::LineScannerOptions>(sensor)) {
+      throw base::InputError(kNeedsLaser);
+    }
     if (arguments->target_only && !picked.experiment.task) {
       throw base::InputError("--target-only: a scene has no target; give an experiment");
     }
@@ -569,7 +594,8 @@ void AddScan(CLI::App& app) {
                          arguments->target_only ? TargetOnly(scan, target) : scan.view.image,
                          trial::TruthFields(scan.view, scan.truth));
     if (!arguments->picture.empty()) {
-      image::WritePng(arguments->picture, DrawScan(scan, meshes, X_WS, sensor));
+      image::WritePng(arguments->picture,
+                      DrawScan(scan, meshes, X_WS, std::get<sensing::LineScannerOptions>(sensor)));
     }
     const auto measured = std::ranges::count(scan.truth.state, sensing::SampleState::kMeasured);
     spdlog::info("{} in {} of {}, {:.0f} ms", base::Counted(measured, "point"),

@@ -58,7 +58,8 @@ Eigen::Vector3d ParseVector(const std::string& text, const char* option) {
 }
 
 struct PerceiveArguments : CloudArguments {
-  std::string out, scene;
+  std::string out, segmentation = "convexity";
+  std::string scene;
   std::optional<double> noise_mm;
   std::uint64_t seed = 1;
   bool json = false;
@@ -66,6 +67,8 @@ struct PerceiveArguments : CloudArguments {
 
 perception::PerceptionOptions OptionsFor(const PerceiveArguments& arguments) {
   perception::PerceptionOptions options;
+  options.segment.method =
+      base::FromWord<perception::SegmentMethod>(arguments.segmentation, "--segmentation");
   if (arguments.noise_mm) options.noise_m = *arguments.noise_mm * base::kMm;
   options.preprocess.up_C = UpOf(arguments);
   return options;
@@ -460,6 +463,10 @@ void AddPerceiveCommand(CLI::App& app) {
       ->add_option("--noise-mm", arguments->noise_mm,
                    "noise of the sensor (default: measured from the cloud)")
       ->check(NumberBetween(0.0, perception::kMaxNoise_m * base::kMmPerM));
+  command
+      ->add_option("--segmentation", arguments->segmentation,
+                   "segmentation of the points above the table (convexity)")
+      ->check(CLI::IsMember(base::WordList<perception::SegmentMethod>()));
   command->add_option("--scene", arguments->scene,
                       "scene with the hand (default: the installed tabletop.xml)");
   command->add_option("--seed", arguments->seed, "seed of the random draws")
