@@ -262,8 +262,7 @@ class Run {
     step.at_wanted = wanted;
     const auto& found = known_.found[object];
     if (found) step.taken_for = found->object;
-    const std::string use = wanted ? options_.use : "";
-    auto detected = GraspsFor(object, use);
+    auto detected = GraspsFor(object, wanted ? options_.use : "");
     if (wanted) TriedLast(detected.detection);
     const trial::FixedDetector detector(std::move(detected));
     trial::AttemptOptions attempt;
@@ -278,10 +277,6 @@ class Run {
     step.attempt = trial::RunAttempt(setup_.cell, world_, attempt);
     if (const auto* chosen = step.attempt.Grasp()) {
       step.grasp = chosen->name;
-      if (found && step.grasp.empty()) {
-        step.why_not_named =
-            WhyNotNamed(setup_.grasps.at(found->object), use, step.attempt.detected.detection);
-      }
       if (wanted) {
         executed_W_.push_back(chosen->X_CH);
         step.asked_upright = found && grasp::IsUpright(setup_.grasps.at(found->object), found->X_CB,
@@ -481,29 +476,7 @@ std::string Judge(const Bring& run, std::optional<int> target, const sim::World&
   return kNotFound;
 }
 
-// None of an object's named grasps was placed: none has the use, or all need it upright.
-std::string WhyNonePlaced(const NamedGrasps& known, const std::string& use) {
-  const auto is_for = [&](const grasp::NamedGrasp& grasp) { return grasp::IsFor(grasp, use); };
-  if (std::ranges::any_of(known.grasps, is_for)) return "none is for this pose";
-  const auto uses = grasp::UsesOf(known);
-  const std::string others = base::Join({uses.begin(), uses.end()});
-  return fmt::format("none is for '{}'{}", use, others.empty() ? "" : ", only for " + others);
-}
-
 }  // namespace
-
-std::string WhyNotNamed(const NamedGrasps& known, const std::string& use,
-                        const grasp::Detection& detection) {
-  if (known.grasps.empty()) return "";
-  int collide = 0, others = 0;
-  for (const grasp::DetectedGrasp& grasp : detection.grasps) {
-    if (!grasp.name.empty()) ++(grasp.collides ? collide : others);
-  }
-  std::vector<std::string> why;
-  if (collide > 0) why.push_back(fmt::format("{} colliding", collide));
-  if (others > 0) why.push_back(fmt::format("{} without a path or tried before", others));
-  return "named grasps not used: " + (why.empty() ? WhyNonePlaced(known, use) : base::Join(why));
-}
 
 Bring BringObject(const Setup& setup, const std::string& wanted, std::optional<int> target,
                   std::uint64_t seed, sim::World& world, trial::Recorder& recorder) {

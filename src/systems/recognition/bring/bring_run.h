@@ -56,7 +56,6 @@ struct Step {
   bool at_wanted = false;             ///< the program believes that it is the wanted object
   std::string taken_for;              ///< the known object it was recognized as; empty: unknown
   std::string grasp;                  ///< name of the executed grasp; empty: a grasp of chapter 5
-  std::string why_not_named;          ///< WhyNotNamed, if a planned grasp was executed
   std::optional<bool> asked_upright;  ///< must stay upright; for executed grasps of the wanted one
   /// Ground truth: after lifting, the hand pressed on a keep-free part of the wanted object.
   bool touched_kept_free = false;
@@ -84,13 +83,6 @@ struct Setup {
   const recognition::Library& library;
   const GraspsOf& grasps;
 };
-
-/// Why a planned grasp was executed instead of a named one: "named grasps not used: 20 colliding";
-/// empty if the object has no named grasps.
-/// @param use  that the grasps were placed for; empty: any
-/// @param detection  with the placed named grasps (DetectedGrasp::name) and the planned ones
-std::string WhyNotNamed(const grasp::NamedGrasps& known, const std::string& use,
-                        const grasp::Detection& detection);
 
 /// Brings an object (section 7.2): looks, finds it among the known objects, clears away what is in
 /// the way, grasps it as its use requires and hands it over. If nothing is left that could hide it,

@@ -46,7 +46,6 @@ ordered_json JsonOf(const Step& step) {
                        {"outcome", outcome},
                        {"stage", step.attempt.stage},
                        {"detail", as_delivery ? step.attempt.detail : ""}};
-  if (!step.why_not_named.empty()) json["why_not_named"] = step.why_not_named;
   json.update(trial::JsonOf(step.attempt));
   return json;
 }
@@ -176,8 +175,7 @@ std::optional<int> NumberOf(const std::string& object, const sim::World& world) 
   return std::nullopt;
 }
 
-/// The last executed grasp of the wanted object, and why it is not a named one; empty if there is
-/// none.
+/// The last executed grasp of the wanted object; empty if there is none.
 std::string GraspOf(const experiment::Result& result) {
   const auto data = ordered_json::parse(result.data);
   if (!data.contains("attempts")) return "";
@@ -185,9 +183,7 @@ std::string GraspOf(const experiment::Result& result) {
   for (auto attempt = attempts.rbegin(); attempt != attempts.rend(); ++attempt) {
     if (!attempt->at("at_wanted").get<bool>()) continue;
     const auto text = trial::GraspText(*attempt, attempt->at("grasp").get<std::string>());
-    if (text.empty()) continue;
-    const std::string why = attempt->value("why_not_named", "");
-    return why.empty() ? text : text + "; " + why;
+    if (!text.empty()) return text;
   }
   return "";
 }

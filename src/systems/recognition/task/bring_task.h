@@ -15,8 +15,7 @@ const experiment::TaskKind& BringTask();
 
 /// The stored result of a run. Data: wanted, present, friction, said, words, looks, cleared,
 /// homing_s, simulated_s, attempts (each as in a single trial, with at_wanted, taken_for, grasp,
-/// asked_upright, touched_kept_free, outcome, stage, detail and, if a planned grasp was executed
-/// although the object has named ones, why_not_named). Seconds: the sum of each stage.
+/// asked_upright, touched_kept_free, outcome, stage, detail). Seconds: the sum of each stage.
 experiment::Result ResultOf(const Bring& run, const std::string& wanted, bool present);
 
 /// Tables of runs, by object: handovers and their grasps, whether keep-free parts stayed free and

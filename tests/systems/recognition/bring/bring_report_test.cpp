@@ -72,29 +72,9 @@ TEST(BringTask, ItsSummaryIsTheLastExecutedGraspOfTheWantedObject) {
       summary({StepWith("rim", 0.0, false), StepWith("handle", 0.0, false), other, in_vain}),
       testing::StartsWith("grasp: 'handle' of the object's grasps.yaml, pads closing to "));
   EXPECT_THAT(summary({StepWith("", 0.0, false)}), testing::StartsWith("grasp: power, "));
-  Step planned = StepWith("", 0.0, false);
-  planned.why_not_named = "named grasps not used: 2 colliding";
-  EXPECT_THAT(summary({planned}), testing::EndsWith("; named grasps not used: 2 colliding"));
   EXPECT_EQ(summary({other, in_vain}), "");
   EXPECT_EQ(summary({}), "");
   EXPECT_EQ(BringTask().summary({"crashed", "arrange", "", "{}", {}}), "");
-}
-
-TEST(WhyNotNamed, CountsThemByReason) {
-  grasp::NamedGrasps known;
-  grasp::Detection detection;
-  detection.grasps.resize(4);  // the last one was planned
-  EXPECT_EQ(WhyNotNamed(known, "", detection), "");
-  known.grasps.emplace_back().uses = {"drink", "pour"};
-  for (const char* use : {"", "pour"}) {
-    EXPECT_EQ(WhyNotNamed(known, use, detection), "named grasps not used: none is for this pose");
-  }
-  EXPECT_EQ(WhyNotNamed(known, "cut", detection),
-            "named grasps not used: none is for 'cut', only for drink, pour");
-  for (int i = 0; i < 3; ++i) detection.grasps[i].name = "top";
-  detection.grasps[0].collides = detection.grasps[1].collides = true;
-  EXPECT_EQ(WhyNotNamed(known, "", detection),
-            "named grasps not used: 2 colliding, 1 without a path or tried before");
 }
 
 TEST(BringRecord, AnAttemptThatEndsWithThePersonIsNotMisplaced) {
