@@ -240,13 +240,14 @@ std::optional<CylinderFit> FitCylinder(geometry::PointSpan points, const Eigen::
       Eigen::Map<const Eigen::VectorXf>(found.values.data(),
                                         static_cast<Eigen::Index>(found.values.size()))
           .cast<double>();
-  Cylinder cylinder;
+  CylinderFit cylinder;
   cylinder.axis = values.segment<3>(3).normalized();
   const Eigen::Vector3d point = values.head<3>();
   const Eigen::Vector3d mean = Mean(*oriented, inliers.indices);
   cylinder.point = origin + point + cylinder.axis * cylinder.axis.dot(mean - point);
   cylinder.radius_m = values(6);
-  return CylinderFit{cylinder, ToSource(source, inliers.indices)};
+  cylinder.inliers = ToSource(source, inliers.indices);
+  return cylinder;
 }
 
 }  // namespace rangegrasp::pcl_bridge

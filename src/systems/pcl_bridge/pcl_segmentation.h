@@ -61,14 +61,10 @@ std::vector<std::int32_t> SegmentByLocalConvexity(geometry::PointSpan points,
                                                   const Eigen::Vector3d& origin,
                                                   const LocalConvexityOptions& options = {});
 
-struct Cylinder {
+struct CylinderFit {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< on the axis [m], nearest to inliers' mean
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit; sign arbitrary
   double radius_m = 0.0;
-};
-
-struct CylinderFit {
-  Cylinder cylinder;
   geometry::Indices inliers;  ///< ascending
 };
 

@@ -204,7 +204,7 @@ TEST_P(SeededModels, CylinderIsTheTrueOneWithinItsStandardErrors) {
   const Eigen::Vector3d sensor = tube.center + 1.0 * RandomDirection(rng);
   const auto fit = FitCylinder(points, sensor, EstimateNormals(points, sensor, 0.008));
   ASSERT_TRUE(fit);
-  const Cylinder& found = fit->cylinder;
+  const CylinderFit& found = *fit;
   EXPECT_NEAR(found.radius_m, tube.radius_m, kSigma_m);
   EXPECT_NEAR(found.axis.norm(), 1.0, 1e-12);
   EXPECT_LT(found.axis.cross(tube.axis).norm(), std::sqrt(3.0) * kSigma_m / tube.half_length_m);
@@ -238,7 +238,7 @@ TEST(Models, SamePointsGiveTheSameModelASecondLater) {
     const auto again = FitWithFewDraws(seed);
     ASSERT_EQ(again.has_value(), first[seed].has_value());
     if (!again) continue;
-    EXPECT_EQ(again->cylinder.axis, first[seed]->cylinder.axis);
+    EXPECT_EQ(again->axis, first[seed]->axis);
     EXPECT_EQ(again->inliers, first[seed]->inliers);
   }
 }

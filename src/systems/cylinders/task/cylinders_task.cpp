@@ -115,58 +115,37 @@ struct ComparedFit {
   double preparation_seconds = 0.0;  ///< part of `seconds` for normals and curvature points
 };
 
-/// The result and the time of `fit`, for a method whose preparation took these seconds.
-template <typename Fit>
-ComparedFit Timed(Method method, int iterations, double preparation_seconds, const Fit& fit) {
-  const base::Stopwatch watch;
-  const std::optional<Barrel> barrel = fit();
-  return {method, iterations, barrel, preparation_seconds + watch.Seconds(), preparation_seconds};
-}
-
-void AddPcl(const FitInput& input, const ComparisonOptions& options,
-            std::vector<ComparedFit>& fits) {
-  const base::Stopwatch watch;
-  const auto normals = pcl_bridge::EstimateNormals(input.points, input.eye, options.neighborhood_m);
-  const double preparation = watch.Seconds();
-  for (const int iterations : options.iterations) {
-    pcl_bridge::CylinderOptions model;
-    model.max_draws = iterations;
-    const auto fit_cylinder = [&]() -> std::optional<Barrel> {
-      const auto fit = pcl_bridge::FitCylinder(input.points, input.eye, normals, model);
-      if (!fit) return std::nullopt;
-      const auto& [point, axis, radius_m] = fit->cylinder;
-      return Barrel{{point, axis}, radius_m};
-    };
-    fits.push_back(Timed(Method::kPcl, iterations, preparation, fit_cylinder));
-  }
-}
-
 /// Draws depend on seed, method and iterations only; `refined` starts from RCF with as many
 /// triples.
 std::vector<ComparedFit> CompareFits(const FitInput& input, const ComparisonOptions& options,
                                      std::uint64_t seed) {
-  std::vector<ComparedFit> fits;
-  const base::Stopwatch watch;
+  base::Stopwatch watch;
   const RcfPreparation prepared = PrepareRcf(input, options.neighborhood_m);
-  const double preparation = watch.Seconds();
-  for (const Method method : options.methods) {
+  const double rcf_s = watch.Restart();
+  const auto normals = pcl_bridge::EstimateNormals(input.points, input.eye, options.neighborhood_m);
+  const double pcl_s = watch.Restart();
+  const auto fit = [&](Method method, int iterations) -> std::optional<Barrel> {
+    if (method == Method::kLsf) return FitLeastSquares(input.points, iterations);
     if (method == Method::kPcl) {
-      AddPcl(input, options, fits);
-      continue;
+      const auto found =
+          pcl_bridge::FitCylinder(input.points, input.eye, normals, {.max_draws = iterations});
+      if (!found) return std::nullopt;
+      return Barrel{{found->point, found->axis}, found->radius_m};
     }
+    base::Rng rng(
+        base::DeriveSeed(base::DeriveSeed(seed, "rcf"), static_cast<std::uint64_t>(iterations)));
+    const auto rcf = FitRcf(input, prepared, iterations, method == Method::kPrinted, rng);
+    return rcf && method == Method::kRefined ? FitRefined(input, *rcf) : rcf;
+  };
+  std::vector<ComparedFit> fits;
+  for (const Method method : options.methods) {
+    const double preparation_s = method == Method::kLsf   ? 0.0
+                                 : method == Method::kPcl ? pcl_s
+                                                          : rcf_s;
     for (const int iterations : options.iterations) {
-      if (method == Method::kLsf) {
-        fits.push_back(Timed(method, iterations, 0.0,
-                             [&] { return FitLeastSquares(input.points, iterations); }));
-        continue;
-      }
-      const auto fit = [&] {
-        base::Rng rng(base::DeriveSeed(base::DeriveSeed(seed, "rcf"),
-                                       static_cast<std::uint64_t>(iterations)));
-        const auto rcf = FitRcf(input, prepared, iterations, method == Method::kPrinted, rng);
-        return rcf && method == Method::kRefined ? FitRefined(input, *rcf) : rcf;
-      };
-      fits.push_back(Timed(method, iterations, preparation, fit));
+      watch.Restart();
+      const auto barrel = fit(method, iterations);
+      fits.push_back({method, iterations, barrel, preparation_s + watch.Seconds(), preparation_s});
     }
   }
   return fits;
