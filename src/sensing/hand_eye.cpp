@@ -20,23 +20,22 @@ constexpr double kQuaternionTolerance = 1e-4;
 
 }  // namespace
 
-Pose ReadPoseOf(base::YamlMap& map, const std::string& key, const std::string& of) {
+Pose ReadPoseOf(base::YamlMap& map, const std::string& key) {
   map.Require(key);
-  base::YamlMap pose = map.Child(key, of);
+  base::YamlMap pose = map.Child(key);
   Vector3d position;
   Eigen::Quaterniond rotation;
-  const auto read = [&](const char* name, double& value, double unit, double max,
-                        const std::string& what) {
+  const auto read = [&](const char* name, double& value, double unit, double max) {
     pose.Require(name);
-    pose.ReadScaled(name, value, unit, -max, max, what + of);
+    pose.ReadScaled(name, value, unit, -max, max);
   };
-  read("x_mm", position.x(), kMm, kMaxDistance_mm, "origin ");
-  read("y_mm", position.y(), kMm, kMaxDistance_mm, "origin ");
-  read("z_mm", position.z(), kMm, kMaxDistance_mm, "origin ");
-  read("qw", rotation.w(), 1.0, 1.0, "unit quaternion: the axes ");
-  read("qx", rotation.x(), 1.0, 1.0, "unit quaternion: the axes ");
-  read("qy", rotation.y(), 1.0, 1.0, "unit quaternion: the axes ");
-  read("qz", rotation.z(), 1.0, 1.0, "unit quaternion: the axes ");
+  read("x_mm", position.x(), kMm, kMaxDistance_mm);
+  read("y_mm", position.y(), kMm, kMaxDistance_mm);
+  read("z_mm", position.z(), kMm, kMaxDistance_mm);
+  read("qw", rotation.w(), 1.0, 1.0);
+  read("qx", rotation.x(), 1.0, 1.0);
+  read("qy", rotation.y(), 1.0, 1.0);
+  read("qz", rotation.z(), 1.0, 1.0);
   if (std::abs(rotation.norm() - 1.0) > kQuaternionTolerance) {
     pose.Fail("qw",
               fmt::format("the quaternion's length is {:.6g}; it must be 1", rotation.norm()));
@@ -57,11 +56,9 @@ std::string PoseText(const std::string& name, const Pose& pose) {
 HandEye ReadHandEye(const std::filesystem::path& file) {
   auto map = base::YamlMap::FromFile(file);
   HandEye hand_eye;
-  hand_eye.X_HS = ReadPoseOf(map, "head", "of the sensor's head in the hand's frame");
-  map.ReadScaled("error_mm", hand_eye.shift_error_m, kMm, 0.0, 100.0,
-                 "standard error of its position, root mean square");
-  map.ReadScaled("error_deg", hand_eye.turn_error_rad, kDeg, 0.0, 30.0,
-                 "standard error of its rotation, root mean square");
+  hand_eye.X_HS = ReadPoseOf(map, "head");
+  map.ReadScaled("error_mm", hand_eye.shift_error_m, kMm, 0.0, 100.0);
+  map.ReadScaled("error_deg", hand_eye.turn_error_rad, kDeg, 0.0, 30.0);
   map.Finish();
   return hand_eye;
 }

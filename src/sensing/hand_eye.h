@@ -22,9 +22,8 @@ void WriteHandEye(const HandEye& hand_eye, const std::filesystem::path& file);
 
 /// Reads a pose of a calibration file from the mapping under a required key: x_mm, y_mm, z_mm and a
 /// unit quaternion.
-/// @param of  whose pose in which frame, for the keys' documentation.
 /// @throws base::InputError naming file, line and key.
-base::Pose ReadPoseOf(base::YamlMap& map, const std::string& key, const std::string& of);
+base::Pose ReadPoseOf(base::YamlMap& map, const std::string& key);
 /// A mapping `name:` for ReadPoseOf, in full precision.
 std::string PoseText(const std::string& name, const base::Pose& pose);
 

@@ -30,11 +30,10 @@ constexpr double kMaxFriction = 3.0;  // rubber on rubber
 
 void ReadGlove(base::YamlMap map, GloveRange& glove) {
   for (const char* key : {"static", "from", "to", "kinetic"}) map.Require(key);
-  map.Read("static", glove.middle, 0.01, kMaxFriction, "middle of the known range");
-  map.Read("from", glove.low, 0.01, kMaxFriction, "lowest static coefficient");
-  map.Read("to", glove.high, 0.01, kMaxFriction, "highest static coefficient");
-  map.Read("kinetic", glove.kinetic, 0.01, kMaxFriction,
-           "kinetic coefficient that belongs to `static`");
+  map.Read("static", glove.middle, 0.01, kMaxFriction);
+  map.Read("from", glove.low, 0.01, kMaxFriction);
+  map.Read("to", glove.high, 0.01, kMaxFriction);
+  map.Read("kinetic", glove.kinetic, 0.01, kMaxFriction);
   if (!(glove.low < glove.middle)) map.Fail("from", "must be below `static`");
   if (!(glove.high > glove.middle)) map.Fail("to", "must be above `static`");
   if (glove.kinetic > glove.middle) map.Fail("kinetic", "must not be above `static`");
@@ -43,8 +42,8 @@ void ReadGlove(base::YamlMap map, GloveRange& glove) {
 
 void ReadLaminate(base::YamlMap map, FrictionPair& pair) {
   for (const char* key : {"static", "kinetic"}) map.Require(key);
-  map.Read("static", pair.static_mu, 0.01, kMaxFriction, "static coefficient");
-  map.Read("kinetic", pair.kinetic_mu, 0.01, kMaxFriction, "kinetic coefficient");
+  map.Read("static", pair.static_mu, 0.01, kMaxFriction);
+  map.Read("kinetic", pair.kinetic_mu, 0.01, kMaxFriction);
   if (pair.kinetic_mu > pair.static_mu) map.Fail("kinetic", "must not be above `static`");
   map.Finish();
 }
@@ -55,13 +54,12 @@ Surface ReadSurface(base::YamlMap map, const std::string& name) {
   for (const char* key : {"glove", "laminate"}) map.Require(key);
   ReadGlove(map.Child("glove"), surface.glove);
   ReadLaminate(map.Child("laminate"), surface.on_laminate);
-  map.Read("albedo", surface.optical.albedo, 0.0, 1.0, "diffuse, at 635 nm");
-  map.Read("gloss", surface.optical.gloss, 0.0, 1.0, "share of specular reflection");
-  map.Read("clarity", surface.optical.clarity, 0.0, 1.0, "1 = fully clear");
-  map.Read("specular", surface.specular, 0.0, 1.0, "specular reflection in pictures");
-  map.Read("shininess", surface.shininess, 0.0, 1.0, "shininess in pictures");
-  map.Read("density_kg_m3", surface.density_kg_m3, kMinDensity_kg_m3, kMaxDensity_kg_m3,
-           "density of objects whose mass is not given");
+  map.Read("albedo", surface.optical.albedo, 0.0, 1.0);
+  map.Read("gloss", surface.optical.gloss, 0.0, 1.0);
+  map.Read("clarity", surface.optical.clarity, 0.0, 1.0);
+  map.Read("specular", surface.specular, 0.0, 1.0);
+  map.Read("shininess", surface.shininess, 0.0, 1.0);
+  map.Read("density_kg_m3", surface.density_kg_m3, kMinDensity_kg_m3, kMaxDensity_kg_m3);
   map.Finish();
   return surface;
 }

@@ -229,13 +229,9 @@ HandEyeRecord ReadHandEyeRecord(const std::filesystem::path& file) {
   auto camera =
       map.Child("camera", "lens of the camera, with the distortion of equations 5.10 to 5.12");
   ReadCamera(camera, record.camera);
-  if (map.Has("in_head")) {
-    record.X_SC = sensing::ReadPoseOf(map, "in_head", "of the camera in the head's frame");
-  }
+  if (map.Has("in_head")) record.X_SC = sensing::ReadPoseOf(map, "in_head");
   while (map.Has(ViewName(record.X_WH.size() + 1))) {
-    record.X_WH.push_back(
-        sensing::ReadPoseOf(map, ViewName(record.X_WH.size() + 1),
-                            "of the hand in the arm's frame when the picture was taken"));
+    record.X_WH.push_back(sensing::ReadPoseOf(map, ViewName(record.X_WH.size() + 1)));
   }
   map.Finish();
   return record;

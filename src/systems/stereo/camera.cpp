@@ -126,12 +126,11 @@ base::Pose RightInLeft(const StereoCalibration& calibration) {
 StereoCalibration ReadStereoCalibration(const fs::path& file) {
   auto map = base::YamlMap::FromFile(file);
   StereoCalibration calibration;
-  constexpr char kFrame[] = "of the camera in the arm's frame when it took this picture";
   map.Require("camera");
   auto camera = map.Child("camera", "pinhole camera with the distortion of equations 5.10 to 5.12");
   ReadCamera(camera, calibration.camera);
-  calibration.X_WL = sensing::ReadPoseOf(map, "left", kFrame);
-  calibration.X_WR = sensing::ReadPoseOf(map, "right", kFrame);
+  calibration.X_WL = sensing::ReadPoseOf(map, "left");
+  calibration.X_WR = sensing::ReadPoseOf(map, "right");
   map.Read("reprojection_px", calibration.reprojection_px, 0.0, 1e3,
            "residual of the camera's calibration; 0: unknown");
   map.ReadScaled("registration_mm", calibration.registration_m, base::kMm, 0.0, 1e3,
