@@ -435,13 +435,12 @@ void YamlMap::Finish() const {
 
 const std::vector<KeyDoc>& YamlMap::Keys() const { return impl_->document->keys; }
 
-void RangeCheck::Read(const std::string& key, int value, int low, int high,
-                      const std::string&) const {
+void RangeCheck::Read(const std::string& key, int value, int low, int high) const {
   if (value < low || value > high) Fail(key, value, low, high);
 }
 
 void RangeCheck::ReadScaled(const std::string& key, double value, double unit, double low,
-                            double high, const std::string&) const {
+                            double high) const {
   // A relative tolerance for bounds that were converted to SI units and back.
   const double slack = 1e-9 * std::max(std::abs(low), std::abs(high));
   const double in_unit = value / unit;

@@ -136,13 +136,11 @@ class RangeCheck {
  public:
   explicit RangeCheck(std::string what) : what_(std::move(what)) {}
 
-  void Read(const std::string&, bool, const std::string& = "") const {}
-  void Read(const std::string& key, int value, int low, int high, const std::string& = "") const;
-  void ReadScaled(const std::string& key, double value, double unit, double low, double high,
-                  const std::string& = "") const;
-  void Read(const std::string& key, double value, double low, double high,
-            const std::string& doc = "") const {
-    ReadScaled(key, value, 1.0, low, high, doc);
+  void Read(const std::string&, bool) const {}
+  void Read(const std::string& key, int value, int low, int high) const;
+  void ReadScaled(const std::string& key, double value, double unit, double low, double high) const;
+  void Read(const std::string& key, double value, double low, double high) const {
+    ReadScaled(key, value, 1.0, low, high);
   }
 
  private:

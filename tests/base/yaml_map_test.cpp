@@ -449,9 +449,9 @@ std::string Fault(const auto& check) {
 }
 
 TEST(RangeCheck, NamesKeyValueAndRangeInTheFilesUnit) {
-  EXPECT_EQ(Fault([] { kCheck.ReadScaled("width_mm", 0.07, kMm, 0.1, 50.0, "doc"); }),
+  EXPECT_EQ(Fault([] { kCheck.ReadScaled("width_mm", 0.07, kMm, 0.1, 50.0); }),
             "lamp: width_mm: 70 is out of range, must be from 0.1 to 50");
-  EXPECT_EQ(Fault([] { kCheck.Read("bulbs", 9, 1, 8, "doc"); }),
+  EXPECT_EQ(Fault([] { kCheck.Read("bulbs", 9, 1, 8); }),
             "lamp: bulbs: 9 is out of range, must be from 1 to 8");
   EXPECT_EQ(Fault([] { kCheck.Read("share", -0.1, 0.0, 1.0); }),
             "lamp: share: -0.1 is out of range, must be from 0 to 1");
