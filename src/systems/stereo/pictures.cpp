@@ -21,8 +21,6 @@ namespace {
 constexpr std::size_t kKindByte = 25;
 constexpr char kGreyKind = 0;
 
-constexpr double kLevelsPerPixel = 256.0;
-
 image::Image Coloured(const image::Grey8& grey) {
   image::Image image;
   cv::Mat room = internal::Room(grey.width, grey.height, image);
@@ -108,52 +106,6 @@ std::array<std::uint8_t, 3> ColourAt(double share) {
   return {channel(3.0), channel(2.0), channel(1.0)};
 }
 
-/// Disparities as 16-bit grey: 256 levels per pixel (as in the KITTI benchmark), 0 where there is
-/// none.
-image::Grey16 EncodeDisparity(const Disparity& disparity) {
-  image::Grey16 picture{disparity.width, disparity.height, {}};
-  picture.grey.reserve(disparity.grey.size());
-  for (const float d : disparity.grey) {
-    const double level = std::isnan(d) ? 0.0 : std::clamp(d * kLevelsPerPixel, 1.0, 65535.0);
-    picture.grey.push_back(static_cast<std::uint16_t>(std::lround(level)));
-  }
-  return picture;
-}
-
-/// Disparities in colours from far (blue) to near (red); black where there is none. The colours
-/// span the disparities except for the outermost percent at both ends.
-image::Image DisparityPicture(const Disparity& disparity) {
-  constexpr double kOutermost = 0.01;
-  std::vector<float> there;
-  for (const float d : disparity.grey) {
-    if (!std::isnan(d)) there.push_back(d);
-  }
-  const double low = there.empty() ? 0.0 : base::QuantileOf(there, kOutermost);
-  const double high = there.empty() ? 1.0 : base::QuantileOf(there, 1.0 - kOutermost);
-  image::Image picture{disparity.width, disparity.height, {}};
-  picture.rgb.reserve(3 * disparity.grey.size());
-  for (const float d : disparity.grey) {
-    std::array<std::uint8_t, 3> colour{0, 0, 0};
-    if (!std::isnan(d)) {
-      colour = ColourAt(std::clamp((d - low) / std::max(high - low, 1e-9), 0.0, 1.0));
-    }
-    picture.rgb.insert(picture.rgb.end(), colour.begin(), colour.end());
-  }
-  return picture;
-}
-
-/// Both rectified pictures side by side, with lines at regular rows: a point that is on a line on
-/// the left is on the same line on the right.
-image::Image RectifiedPicture(const PicturePair& pair) {
-  constexpr int kSpacing_px = 60;
-  const cv::Scalar line(255, 60, 40);
-  image::Image both;
-  cv::Mat room = internal::Room(2 * pair.left.width, pair.left.height, both);
-  cv::hconcat(internal::View(pair.left), internal::View(pair.right), room);
-  for (int y = kSpacing_px / 2; y < both.height; y += kSpacing_px) room.row(y).setTo(line);
-  return both;
-}
-
 }  // namespace
 
 PicturePair ReadPicturePair(const std::filesystem::path& left, const std::filesystem::path& right) {
@@ -199,10 +151,24 @@ RowOffset MeasureRowOffset(const PicturePair& pair, const Mask& kept, double min
   return result;
 }
 
-void WriteStereoPictures(const Reconstruction& made, const std::filesystem::path& folder) {
-  image::WritePng(folder / "rectified.png", RectifiedPicture(made.rectified));
-  image::WritePng(folder / "disparity.png", DisparityPicture(made.disparity));
-  image::WritePng(folder / "disparity16.png", EncodeDisparity(made.disparity));
+image::Image DisparityPicture(const Disparity& disparity) {
+  constexpr double kOutermost = 0.01;
+  std::vector<float> there;
+  for (const float d : disparity.grey) {
+    if (!std::isnan(d)) there.push_back(d);
+  }
+  const double low = there.empty() ? 0.0 : base::QuantileOf(there, kOutermost);
+  const double high = there.empty() ? 1.0 : base::QuantileOf(there, 1.0 - kOutermost);
+  image::Image picture{disparity.width, disparity.height, {}};
+  picture.rgb.reserve(3 * disparity.grey.size());
+  for (const float d : disparity.grey) {
+    std::array<std::uint8_t, 3> colour{0, 0, 0};
+    if (!std::isnan(d)) {
+      colour = ColourAt(std::clamp((d - low) / std::max(high - low, 1e-9), 0.0, 1.0));
+    }
+    picture.rgb.insert(picture.rgb.end(), colour.begin(), colour.end());
+  }
+  return picture;
 }
 
 }  // namespace rangegrasp::stereo

@@ -4,7 +4,6 @@
 
 #include "stereo/camera.h"
 #include "stereo/disparity.h"
-#include "stereo/reconstruct.h"
 
 namespace rangegrasp::stereo {
 
@@ -29,8 +28,8 @@ inline constexpr double kRowTolerance_px = 2.0;
 RowOffset MeasureRowOffset(const PicturePair& pair, const Mask& kept, double min_px, double max_px,
                            int within_rows);
 
-/// Writes the pictures of a reconstruction: rectified.png (both pictures with lines along the
-/// rows), disparity.png (in colours) and disparity16.png (256 levels per pixel, 0 for none).
-void WriteStereoPictures(const Reconstruction& made, const std::filesystem::path& folder);
+/// Disparities in colours from far (blue) to near (red); black where there is none. The colours
+/// span the disparities except for the outermost percent at both ends.
+image::Image DisparityPicture(const Disparity& disparity);
 
 }  // namespace rangegrasp::stereo

@@ -563,7 +563,7 @@ void AddScan(CLI::App& app) {
       "rgb with `color: true`.\n--picture draws the shadows that the objects cast on the table: "
       "laser red, camera "
       "yellow, both dark.\nFor a stereo camera, a folder next to the cloud contains left.png, "
-      "right.png, rectified.png, disparity.png, disparity16.png and calibration.yaml, in the "
+      "right.png, disparity.png and calibration.yaml, in the "
       "format that rangegrasp stereo reads. For a depth camera, the images are NAME_depth.png (16 "
       "bits, 0.1 mm per level) and NAME_color.png.");
   command->callback([arguments] {

@@ -142,7 +142,9 @@ void Stereo(const StereoArguments& a) {
         a.left, a.right, a.near_mm, a.far_mm));
   }
   geometry::WriteCloud(a.out, made.view.image);
-  if (!a.pictures.empty()) WriteStereoPictures(made, a.pictures);
+  if (!a.pictures.empty()) {
+    image::WritePng(fs::path(a.pictures) / "disparity.png", DisparityPicture(made.disparity));
+  }
   const auto blue = options.remove_blue && !options.table_W ? BluePixels(made) : 0;
   if (blue > 0) {
     spdlog::info("{} (the table) left out: --table-mm or --keep-blue",
@@ -165,8 +167,7 @@ void AddStereoCommand(CLI::App& app) {
   command->add_option("-o,--out", a->out, "output cloud in the arm's frame, .pcd or .ply")
       ->required();
   command->add_option("--pictures", a->pictures,
-                      "output folder for rectified.png, disparity.png (colours) and "
-                      "disparity16.png (256 levels per pixel)");
+                      "output folder for disparity.png, the disparities in colours");
   command->add_option("--matching", a->matching, "stereo matching method (semi_global)")
       ->check(CLI::IsMember(base::WordList<MatchMethod>()));
   command->add_option("--near-mm", a->near_mm, "minimum depth (400)")

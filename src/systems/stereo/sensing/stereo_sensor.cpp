@@ -228,7 +228,7 @@ std::string StereoSensor::WriteLook(const sim::World& world, base::Rng& rng,
   image::WritePng(folder / "left.png", look.shot.photos.left);
   image::WritePng(folder / "right.png", look.shot.photos.right);
   WriteStereoCalibration(setup().calibration, folder / "calibration.yaml");
-  WriteStereoPictures(look.made, folder);
+  image::WritePng(folder / "disparity.png", DisparityPicture(look.made.disparity));
   const auto points = std::ranges::count(look.truth.state, sensing::SampleState::kMeasured);
   return fmt::format("{}, {:.0f} ms; pictures, disparities and calibration in {}",
                      base::Counted(points, "point"), seconds * 1e3, folder.string());
