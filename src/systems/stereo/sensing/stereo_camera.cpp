@@ -48,17 +48,15 @@ void ReadKeys(base::YamlMap& from, StereoCameraOptions& o) {
                   "pan angle of the right picture");
   from.ReadScaled("pan_sigma_deg", o.pan_sigma_rad, kDeg, 0.0, 1.0,
                   "standard deviation of the pan angles, one value per picture");
-  from.Read("fine_print", o.fine_print, "draw lists, bar codes and pictures on packages");
-  from.Read("edge_samples", o.edge_samples, 0, 16, "number of samples per pixel, for smooth edges");
-  from.Read("shadow_px", o.shadow_px, 0, 16384, "side of the shadow map; 0: no shadows");
-  from.Read("lens_blur_px", o.lens_blur_px, 0.0, 1.0, "standard deviation of the lens's blur");
-  from.Read("vignetting", o.vignetting, 0.0, 0.9, "relative loss of light in the corners");
   from.Read("exposure_sigma", o.exposure_sigma, 0.0, 0.5,
             "relative standard deviation of a picture's exposure");
   from.Read("noise_levels", o.noise_levels, 0.0, 50.0,
             "standard deviation of red, green and blue, of 255");
 }
 
+// Standard deviation of the lens's blur, which also smooths the drawn edges.
+constexpr double kLensBlur_px = 0.6;
+constexpr double kVignetting = 0.25;  // relative loss of light in the corners
 constexpr int kShareBits = 8;
 constexpr int kShare = 1 << kShareBits;  // steps between two drawn pixels
 constexpr int kOneBits = 6;
@@ -202,12 +200,12 @@ image::Image StereoCamera::Picture(const sim::World& world, sim::Renderer& rende
   base::Rng rng(base::DeriveSeed(seed, "exposure"));
   const double exposure = std::exp(options_.exposure_sigma * rng.Normal());
   image::Image drawn = renderer.Render(world, {X_WC, lens_.fx, map_.drawn_center_px()});
-  Blur(drawn, options_.lens_blur_px);
+  Blur(drawn, kLensBlur_px);
   image::Image photo{lens_.width, lens_.height, {}};
   photo.rgb.reserve(3 * image::IndexAt(0, lens_.height, lens_.width));
   const Eigen::Vector2d middle(0.5 * (lens_.width - 1), 0.5 * (lens_.height - 1));
   constexpr int kGainBits = 12;
-  const double fall = options_.vignetting / middle.squaredNorm();
+  const double fall = kVignetting / middle.squaredNorm();
   std::vector<std::int32_t> values;
   for (int row = 0; row < lens_.height; ++row) {
     map_.SampleRow(drawn, row, values);
@@ -258,10 +256,10 @@ StereoCamera::StereoCamera(const StereoCameraOptions& options)
       noise_(options.noise_levels * LensMap::kOne) {}
 
 std::unique_ptr<sim::Renderer> StereoCamera::RendererOf(const sim::World& world) const {
-  return std::make_unique<sim::Renderer>(world, map_.drawn_width(), map_.drawn_height(),
-                                         sim::RenderQuality{.samples = options_.edge_samples,
-                                                            .shadow_px = options_.shadow_px,
-                                                            .fine_print = options_.fine_print});
+  return std::make_unique<sim::Renderer>(
+      world, map_.drawn_width(), map_.drawn_height(),
+      sim::RenderQuality{
+          .samples = 0, .shadow_px = options_.shadow_px, .fine_print = options_.fine_print});
 }
 
 StereoShot StereoCamera::Photograph(const sim::World& world, const base::Pose& X_WS,

@@ -52,13 +52,10 @@ struct StereoCameraOptions {
   /// better if an angle is always approached from one side. b, and thus depth, depends on it.
   double pan_sigma_rad = base::Deg(0.002);
 
-  int edge_samples = 0;  ///< lens_blur_px also smooths edges
   /// Print that the models' labels omit. Without it, most of a package has one colour, which is
   /// harder than the objects in a kitchen.
   bool fine_print = true;
   int shadow_px = 2048;  ///< the shadow map spans the room
-  double lens_blur_px = 0.6;
-  double vignetting = 0.25;
   double exposure_sigma = 0.02;
   double noise_levels = 3.0;  ///< 2.0 in the grey value
 };
