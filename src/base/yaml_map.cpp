@@ -214,6 +214,37 @@ std::vector<std::string> YamlMap::Names() const {
   return names;
 }
 
+namespace {
+
+// Levels of keys that files have; an anchor may make a mapping contain itself.
+constexpr int kLevels = 3;
+
+std::string OnOneLine(YAML::Node value) {
+  if (value.IsScalar()) return value.Scalar();  // without quotes
+  value.SetStyle(YAML::EmitterStyle::Flow);
+  return YAML::Dump(value);
+}
+
+void AddValues(const YAML::Node& map, const std::string& prefix, int levels,
+               std::map<std::string, std::string>& values) {
+  for (const auto& entry : map) {
+    const std::string path = prefix + KeyOf(entry);
+    if (entry.second.IsMap() && levels > 1) {
+      AddValues(entry.second, path + ".", levels - 1, values);
+    } else {
+      values[path] = OnOneLine(entry.second);
+    }
+  }
+}
+
+}  // namespace
+
+std::map<std::string, std::string> YamlMap::Values() const {
+  std::map<std::string, std::string> values;
+  AddValues(impl_->node, impl_->prefix, kLevels, values);
+  return values;
+}
+
 YamlMap YamlMap::Child(const std::string& key, const std::string& doc) {
   impl_->Ask(key, "mapping", "", "", doc);
   return Inner(key);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -54,6 +55,9 @@ class YamlMap {
   bool HoldsMap(const std::string& key) const;
   /// The keys that are present, in the order of the file.
   std::vector<std::string> Names() const;
+  /// All values by their key's path ("physics.timestep_ms"), as text on one line; a mapping below
+  /// three levels of keys counts as a value.
+  std::map<std::string, std::string> Values() const;
   /// The mapping under a key; an empty one if the key is absent.
   YamlMap Child(const std::string& key, const std::string& doc = "");
 

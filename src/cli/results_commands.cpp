@@ -221,10 +221,28 @@ void AddTrial(CLI::App& app) {
 
 // ---- compare ----
 
+constexpr std::size_t kShownKeys = 10;
+
+// The keys in which two experiments differ. No line ends with a number: scripts/figures reads such
+// lines as figures.
+std::string KeysText(const std::vector<experiment::KeyDifference>& keys) {
+  if (keys.empty()) return "the experiments have the same keys\n";
+  const auto value = [](const std::string& text) { return text.empty() ? "not given" : text; };
+  std::string text = "keys that differ:\n";
+  const std::size_t shown = std::min(keys.size(), kShownKeys);
+  for (const auto& [key, first, second] : std::span(keys).first(shown)) {
+    text +=
+        fmt::format("  {}: {} in the first, {} in the second\n", key, value(first), value(second));
+  }
+  if (shown < keys.size()) text += fmt::format("  and {} more\n", keys.size() - shown);
+  return text;
+}
+
 void AddCompare(CLI::App& app) {
   auto* command = app.add_subcommand(
       "compare",
-      "Compare the cases of two runs on the same seeds, one by one (McNemar's exact test).");
+      "Compare two runs on the same seeds: the keys in which they differ, and their cases, one by "
+      "one (McNemar's exact test).");
   auto first = std::make_shared<std::string>();
   auto second = std::make_shared<std::string>();
   command->add_option("first", *first, "results folder")->required();
@@ -236,10 +254,10 @@ void AddCompare(CLI::App& app) {
     if (!c.warning.empty()) spdlog::warn(c.warning);
     const auto percent = [&](int only) { return 100.0 * (c.both + only) / c.pairs; };
     WriteResult(fmt::format(
-        "first: {}\nsecond: {}\npairs {}\n{} by the first, % {:.1f}\n"
+        "first: {}\nsecond: {}\n{}pairs {}\n{} by the first, % {:.1f}\n"
         "{} by the second, % {:.1f}\n{} by both {}\n"
         "only by the first {}\nonly by the second {}\nsame outcome {}\nMcNemar exact p {:g}\n",
-        *first, *second, c.pairs, c.success, percent(c.only_first), c.success,
+        *first, *second, KeysText(c.keys), c.pairs, c.success, percent(c.only_first), c.success,
         percent(c.only_second), c.success, c.both, c.only_first, c.only_second, c.same_outcome,
         c.p_value));
   });

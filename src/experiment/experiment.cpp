@@ -242,27 +242,59 @@ std::string SuccessOf(const TaskKind& kind, const Stamp& stamp) {
   return ValueOr(stamp.data, kSuccess, kind.success);
 }
 
+namespace {
+
+// The keys of a run's experiment with their values, without the seed and the number of trials.
+std::map<std::string, std::string> KeysOf(const Stamp& stamp) {
+  // The text is named, not its file, which is not read: only the text may be damaged.
+  const std::string name = "experiment_text";
+  auto values = YamlMap::FromText(Need(stamp.data, name), name, SetOf(stamp)).Values();
+  const std::string trials = KindOf(stamp).trials_key;
+  std::erase_if(values,
+                [&](const auto& of) { return internal::SetsSeedOrTrials(of.first, trials); });
+  return values;
+}
+
+// Fails, with the run's own folder, if its stamp lacks what is compared.
+void CheckCompares(const Results& run) {
+  InFolder(run.folder, [&] {
+    Need(run.stamp.identity, "experiment");
+    KeysOf(run.stamp);
+  });
+}
+
+}  // namespace
+
+std::vector<KeyDifference> DifferingKeys(const Stamp& first, const Stamp& second) {
+  const auto one = KeysOf(first), two = KeysOf(second);
+  auto all = one;
+  all.insert(two.begin(), two.end());
+  std::vector<KeyDifference> differing;
+  for (const auto& [key, value] : all) {
+    KeyDifference values{key, ValueOr(one, key, ""), ValueOr(two, key, "")};
+    if (values.first != values.second) differing.push_back(std::move(values));
+  }
+  return differing;
+}
+
 RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
   const Results one = ReadResults(first);
   const Results two = ReadResults(second);
-  for (const Results* run : {&one, &two}) {
-    InFolder(run->folder, [&] {
-      Need(run->stamp.identity, "experiment");
-      KindOf(run->stamp);
-    });
-  }
+  CheckCompares(one);
+  CheckCompares(two);
   const TaskKind& kind = KindOf(one.stamp);
   if (KindOf(two.stamp).name != kind.name) {
     throw base::InputError(fmt::format("{}: has another task than {} ({})", second.string(),
                                        first.string(), kind.name));
   }
   const std::string success = SuccessOf(kind, one.stamp);
-  RunComparison compared{Compare(one.records, two.records, success), success, {}};
+  RunComparison compared{Compare(one.records, two.records, success), success, {}, {}};
   if (compared.pairs == 0) {
     throw base::InputError(
         fmt::format("{}, {}: the two runs have no case with the same id and seed", first.string(),
                     second.string()));
   }
+  compared.keys = DifferingKeys(one.stamp, two.stamp);
   const std::string& name = Need(one.stamp.identity, "experiment");
   const std::string& other = Need(two.stamp.identity, "experiment");
   if (name != other) {

@@ -71,10 +71,20 @@ std::string SuccessOf(const TaskKind& kind, const Stamp& stamp);
 /// The tables of a results folder, with a note of how many cases are missing.
 Report ReportOf(const Results& results);
 
+/// A key of an experiment to which two runs give different values.
+struct KeyDifference {
+  std::string key;            ///< "physics.timestep_ms"
+  std::string first, second;  ///< as written; empty: not given
+};
+/// The keys in which two runs differ, in alphabetical order, without the seed and the number of
+/// trials. @throws base::InputError if a stamp is incomplete.
+std::vector<KeyDifference> DifferingKeys(const Stamp& first, const Stamp& second);
+
 /// Case-by-case comparison of two results folders.
 struct RunComparison : Comparison {
   std::string success;  ///< the outcome that counts as success
   std::string warning;  ///< empty unless the two are runs of different experiments
+  std::vector<KeyDifference> keys;
 };
 /// @throws base::InputError naming the folders if their tasks differ or they share no case.
 RunComparison CompareRuns(const std::filesystem::path& first, const std::filesystem::path& second);

@@ -40,6 +40,17 @@ class YamlMapTest : public testing::Test {
   std::filesystem::path file_;
 };
 
+TEST_F(YamlMapTest, ItsValuesAreListedByPathWhateverTheirStyle) {
+  const YamlMap map = Parse("list:\n  - \"a\"\n  - b\nouter:\n  inner: {key: 'x'}\nnumber: 1\n");
+  EXPECT_THAT(map.Values(),
+              testing::ElementsAre(std::pair("list", "[a, b]"), std::pair("number", "1"),
+                                   std::pair("outer.inner.key", "x")));
+}
+
+TEST_F(YamlMapTest, ValuesOfAMappingThatContainsItselfEnd) {
+  EXPECT_EQ(Parse("a: &a\n  b: *a\n").Values().size(), 1u);
+}
+
 TEST_F(YamlMapTest, ReadsEveryKindOfValue) {
   YamlMap map = Parse(
       "text: hello\nyes: true\nseed: 18446744073709551615\nwords: [a, b]\ncount: -3\n"

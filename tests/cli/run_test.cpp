@@ -342,6 +342,22 @@ TEST_F(RunTest, AReplayedTrialNamesItsGrasp) {
   EXPECT_THAT(ran.out, HasSubstr("\n  grasp: " + data["grasp_type"].get<std::string>() + ", pads"));
 }
 
+TEST_F(RunTest, AComparisonNamesTheKeysInWhichTheRunsDiffer) {
+  const Store single = Store::Open(Folder("single"));
+  auto stamp = single.ReadStamp();
+  for (int i = 0; i < 11; ++i) stamp.data["set"] += "\nhand.key_" + std::to_string(10 + i) + "=0.5";
+  Store other = Store::Create(Folder("other_keys"));
+  other.WriteStamp(stamp);
+  for (const auto& record : single.ReadAll()) other.Write(record);
+  other.Finish();
+  const Ran ran = Succeeded(RunProgram({"compare", Folder("single"), Folder("other_keys")}));
+  EXPECT_THAT(ran.out, HasSubstr("\n  hand.key_10: not given in the first, 0.5 in the second\n"));
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("hand.key_20")));
+  EXPECT_THAT(ran.out, HasSubstr("\n  and 1 more\npairs 2\n"));
+  const Ran same = Succeeded(RunProgram({"compare", Folder("single"), Folder("single")}));
+  EXPECT_THAT(same.out, HasSubstr("the experiments have the same keys\n"));
+}
+
 TEST_F(RunTest, ARunComparedWithItselfHasNoDiscordantPair) {
   const Ran ran = Succeeded(RunProgram({"compare", Folder("single"), Folder("single")}));
   EXPECT_THAT(ran.out, HasSubstr("pairs 2"));

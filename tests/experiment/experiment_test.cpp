@@ -173,6 +173,18 @@ TEST_F(ExperimentTest, AStampBringsTheExperimentBackAfterTheFileHasChanged) {
   EXPECT_THROW(OpenAgain(Stamp{}, false), base::InputError);
 }
 
+TEST_F(ExperimentTest, KeysInWhichTwoRunsDifferAreFoundInFileAndCommandLine) {
+  const auto one =
+      Open("task: squares\nname: one\ngroups: [a, b]  # comment\nseed: 1\n", {.trials = 2});
+  const auto two = Open("# other order\ngroups:\n  - a\n  - b\ntask: squares\n",
+                        {.set = {"name=two", "stop_after=3"}, .trials = 3, .seed = 2});
+  const auto keys = DifferingKeys(one.stamp, two.stamp);
+  ASSERT_EQ(keys.size(), 2u);
+  EXPECT_EQ(keys[0].key + ": " + keys[0].first + ", " + keys[0].second, "name: one, two");
+  EXPECT_EQ(keys[1].key + ": " + keys[1].first + ", " + keys[1].second, "stop_after: , 3");
+  EXPECT_TRUE(DifferingKeys(one.stamp, one.stamp).empty());
+}
+
 TEST_F(ExperimentTest, CasesAreFoundByTheirIds) {
   const auto e = Open("task: squares\n");
   EXPECT_EQ(CaseOf(e, "b-1").position, 4);
@@ -234,14 +246,20 @@ TEST_F(ExperimentTest, AComparisonNamesTheFolderWhoseStampIsDamaged) {
     for (const Case& c : e.cases) store.Write({c, e.task->Run(c)});
   };
   write("good", e.stamp);
-  Stamp stamp = e.stamp;
-  stamp.identity["task"] = "garbage";
-  write("bad", stamp);
-  const auto good = folder_ / "good", bad = folder_ / "bad";
-  for (const bool first : {true, false}) {
-    const std::string error = ErrorOf([&] { CompareRuns(first ? bad : good, first ? good : bad); });
-    EXPECT_THAT(error, testing::StartsWith(bad.string() + ": the results are of task 'garbage'"));
-  }
+  const auto expect = [&](const std::string& part, const std::string& value,
+                          const std::string& what) {
+    Stamp stamp = e.stamp;
+    stamp.data[part] = value;
+    write(part, stamp);
+    const auto bad = folder_ / part;
+    for (const bool first : {true, false}) {
+      const std::string error = ErrorOf(
+          [&] { CompareRuns(first ? bad : folder_ / "good", first ? folder_ / "good" : bad); });
+      EXPECT_THAT(error, testing::StartsWith(bad.string() + ": " + what));
+    }
+  };
+  expect("set", "garbage", "--set 'garbage'");
+  expect("experiment_text", "{task: [", "experiment_text:1: not valid YAML");
 }
 
 TEST_F(ExperimentTest, TheKeysPageIsMadeFromTheReadingCode) {
