@@ -12,7 +12,6 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/installation.h"
 #include "base/words.h"
 #include "cli/commands.h"
 #include "cli/output.h"
@@ -183,7 +182,7 @@ void ReplayAll(const TrialArguments& arguments) {
   if (!arguments.video.empty()) base::MakeFolderOf(arguments.video);
   e.task->Hide(arguments.folder);
   if (!arguments.video.empty()) {
-    spdlog::info("drawing the video: about a minute for each trial without a graphics card");
+    spdlog::info("drawing the video: two minutes without a graphics card");
   }
   for (const experiment::Case* which : cases) Replay(e, store, *which, options, arguments.json);
   if (!arguments.video.empty()) spdlog::info("video in {}", arguments.video);

@@ -12,8 +12,8 @@ namespace rangegrasp::geometry {
 
 /// The triangles of the 3-D Delaunay triangulation whose smallest empty circumsphere has a radius
 /// <= alpha (Edelsbrunner and Muecke 1994; section 2.6.1), as ascending indices into the points,
-/// sorted; of points at one position the first. O(n log n) for scanned surfaces. The result does not
-/// depend on the order of the points.
+/// sorted. Of several points at one position, only the first has triangles. O(n log n) for scanned
+/// surfaces. The result does not depend on the order of the points.
 std::vector<std::array<std::uint32_t, 3>> AlphaTriangles(PointSpan points, double alpha_m);
 
 /// The 2-D alpha shape of points in the plane: triangles of the Delaunay triangulation with

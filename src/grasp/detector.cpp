@@ -71,8 +71,8 @@ class OwnDetector : public Detector {
         straight_down_(straight_down),
         selector_(straight_down ? nullptr : FindGraspSelector(options.take)),
         observer_(std::move(observer)) {
-    const auto score = ScoreModelOf(options);
-    if (!score.empty() && !straight_down && !selector_) score_.emplace(score);
+    if (straight_down || selector_) return;
+    if (const auto score = ScoreModelOf(options); !score.empty()) score_.emplace(score);
   }
 
   Detected Detect(const Observation& observation, base::Rng& rng, const Turn& turn) const override {

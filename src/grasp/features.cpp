@@ -110,13 +110,14 @@ struct ObjectSpace {
   Vector3d axis = Vector3d::Zero();         ///< the measured object's longest one
   std::vector<Points> thumbs_H, fingers_H;  ///< per state of the hand
 
-  static SeenSpace SpaceAround(const perception::Scene& scene,
+  static SeenSpace SpaceAround(const geometry::Observation& observation,
+                               const perception::Scene& scene,
                                const perception::PerceivedObject& object) {
     Eigen::AlignedBox3d box = geometry::BoundsOf(object.completed_C);
     for (const auto i : object.points) box.extend(scene.cloud.points[i]);
     const Vector3d around = Vector3d::Constant(kAround_m + kFarthest_m / 2.0);
     box = {Vector3d(box.min() - around), Vector3d(box.max() + around)};
-    return {box, std::max(kSeenCell_m, std::cbrt(box.volume() / kMaxCells))};
+    return {box, std::max(kSeenCell_m, std::cbrt(box.volume() / kMaxCells)), observation};
   }
 
   ObjectSpace(const geometry::Observation& observation, const perception::Scene& scene_,
@@ -125,8 +126,7 @@ struct ObjectSpace {
         object(scene_.objects[index]),
         hand(hand_),
         up(scene_.table.plane.normal),
-        seen(SpaceAround(scene_, object)) {
-    for (const auto& view : observation.views) seen.Add(view);
+        seen(SpaceAround(observation, scene_, object)) {
     std::vector<char> is_own(scene.cloud.size(), 0);
     for (const auto i : object.points) is_own[i] = 1;
     things.assign(static_cast<std::size_t>(seen.Size().prod()), 0);

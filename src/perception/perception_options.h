@@ -359,8 +359,7 @@ constexpr std::array<base::Addition<FeatureAdditions>, 20> AdditionsOf(const Fea
        "complete tilted objects perpendicular to their top; off: perpendicular to the table"},
       {"trim_strays", &A::trim_strays,
        "exclude single points beyond an object's ends from its completed shape"},
-      {"drop_needles", &A::drop_needles,
-       "remove objects narrower than 15 mm in both directions"},
+      {"drop_needles", &A::drop_needles, "remove objects narrower than 15 mm in both directions"},
       {"open_strays", &A::open_strays,
        "allow points in the sphere of an open object, 2 % of those of its top; off: none"},
   }};
@@ -401,7 +400,8 @@ struct PerceptionOptions {
   bool stated_noise = false;
 };
 
-/// Sets every AdaptiveLength that was not given to the length that the sampling requires.
+/// Sets segment.min_points, and every AdaptiveLength that was not given, to what the sampling
+/// requires.
 void AdaptLengths(const Sampling& sampling, PerceptionOptions& options);
 
 /// Reads all keys of the mapping `perception`.

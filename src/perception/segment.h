@@ -67,7 +67,7 @@ struct SegmentOptions : SegmentAdditions {
   AdaptiveLength min_alpha_m{0.003, {.noises = 2.0, .gaps = 0.65}};
   AdaptiveLength max_alpha_m{0.010, {.noises = 5.0, .gaps = 2.2}};
   /// With drop_small_segments, the smallest size: 18 mm square for the dissertation's scanner.
-  /// AdaptLengths lowers it for a coarser one.
+  /// AdaptLengths sets it: fewer for a coarser one.
   int min_points = 40;
   /// Radius of region growing in mean nearest-neighbor distances: the next row and its diagonals.
   double neighborhood = 3.0;

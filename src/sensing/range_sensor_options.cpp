@@ -13,7 +13,8 @@ using base::kMm;
 using Eigen::Vector3d;
 
 // Every key with its option and range. models/sensors/line_scanner.yaml and depth_camera_*.yaml
-// document them. @tparam Source  a file (base::YamlMap), or a check of ranges (base::RangeCheck)
+// document them.
+// @tparam Source  a file (base::YamlMap), or a check of ranges (base::RangeCheck)
 template <typename Source, typename Options>
 void ReadSharedKeys(Source& from, Options& o) {
   from.ReadScaled("dropout_begin_deg", o.dropout_begin_rad, kDeg, 0.0, 90.0);

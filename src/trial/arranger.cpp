@@ -697,16 +697,12 @@ const std::vector<ClutterKey>& ClutterKeys() {
   static const std::vector<const char*> kJudged = {kTouching, kSideBySide, kBox, kPile};
   static const std::vector<const char*> kAll = {kScattered, kTouching, kSideBySide, kBox, kPile};
   static const std::vector<const char*> kCounting = {kScattered, kTouching, kSideBySide};
-  static const std::vector<ClutterKey> kKeys = {{"always", {kScattered}},
-                                                {"others", {kScattered}},
-                                                {"standing_share", {kScattered}},
-                                                {"scatter_radius_mm", {kScattered}},
-                                                {"min_others", kCounting, true},
-                                                {"max_others", kCounting, true},
-                                                {"draw_others", {kBox, kPile}},
-                                                {"max_draws", kAll},
-                                                {"settle_limit_s", kAll},
-                                                {"rest_speed_mm_s", kJudged}};
+  static const std::vector<ClutterKey> kKeys = {
+      {"always", {kScattered}},         {"others", {kScattered}},
+      {"standing_share", {kScattered}}, {"scatter_radius_mm", {kScattered}},
+      {"min_others", kCounting, true},  {"max_others", kCounting, true},
+      {"draw_others", {kBox, kPile}},   {"max_draws", kAll},
+      {"settle_limit_s", kAll},         {"rest_speed_mm_s", kJudged}};
   return kKeys;
 }
 
@@ -749,8 +745,9 @@ void CheckArrangement(const base::YamlMap& map, const Options& options) {
   const auto lack = kind == kScattered ? LackOfScattered(options) : LackOfObjects(options);
   if (!lack.empty()) map.Fail("arrangement", lack);
   if (kind == kTouching && options.clutter.max_others < kMinTouching) {
-    map.FailIn("clutter", "max_others",
-               fmt::format("must be at least {}: so many objects touch the target", kMinTouching));
+    map.FailIn(
+        "clutter", "max_others",
+        fmt::format("must be at least {}: the target must touch that many objects", kMinTouching));
   }
   if (kind == kBox && !WorldOf(options, {}).container()) {
     map.Fail("arrangement", options.scene.string() +

@@ -29,8 +29,8 @@ enum class Redraw {
   kDoesNotFit,  ///< an object is larger than the box, or there is no free place for it
 };
 constexpr std::array<std::string_view, 10> WordsOf(Redraw) {
-  return {"not_at_rest", "other_pose",  "out_of_view", "out_of_reach", "left_table", "touches_arm",
-          "overlaps",    "not_highest", "touches_few", "does_not_fit"};
+  return {"not_at_rest", "other_pose", "out_of_view", "out_of_reach", "left_table",
+          "touches_arm", "overlaps",   "not_highest", "touches_few",  "does_not_fit"};
 }
 
 /// How often an arrangement was drawn again, by reason.

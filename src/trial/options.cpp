@@ -316,9 +316,10 @@ std::string MissingObject(const std::vector<std::string>& objects, const Options
   for (const std::string& object : objects) {
     if (fs::is_regular_file(ObjectModelOf(options, object).mjcf)) continue;
     return fmt::format(
-        "no object '{0}' (no {0}/{0}.xml in {1}){2}; object_folders: [FOLDER] finds your own",
-        object, fmt::join(options.object_folders | std::views::transform(&fs::path::native), ", "),
-        base::Suggestion(object, KnownObjects(options)));
+        "no object '{0}' (no {0}/{0}.xml in {1}){2}{3}", object,
+        fmt::join(options.object_folders | std::views::transform(&fs::path::native), ", "),
+        base::Suggestion(object, KnownObjects(options)),
+        options.object_folders.size() > 1 ? "" : "; object_folders: [FOLDER] finds your own");
   }
   return "";
 }

@@ -9,6 +9,7 @@
 
 #include "base/yaml_map.h"
 #include "experiment/record.h"
+#include "sensing/range_sensor_options.h"
 #include "trial/cell.h"
 #include "trial/options.h"
 
@@ -38,7 +39,7 @@ const SensorKind* FindSensor(const std::string& word);
 /// The `type` in a sensor's file; kLineScanner if there is no type or no file.
 /// @throws base::InputError naming the file and the valid words.
 std::string ReadSensorType(const std::filesystem::path& sensor_file);
-inline constexpr const char* kLineScanner = "line_scanner";
+using sensing::kLineScanner;
 
 /// A kind of detector, which finds objects and grasps: a word of the key `detector`.
 struct DetectorKind {

@@ -142,15 +142,14 @@ std::string TextOf(const Segmented& result) {
 std::string TableOf(const Segmented& result) {
   using Part = parts::PartDescription;
   using Columns = std::vector<experiment::Column<Part>>;
-  Columns columns = {{"part", "", &Part::label},
-                     {"function", "", [](const Part& part) { return base::Word(part.function); }},
-                     {"elements", "", [&](const Part& part) { return result.sizes[part.label]; }},
-                     {"share", ".6g", [&](const Part& part) { return result.Share(part.label); }},
-                     {"area", ".6g",
-                      [&](const Part& part) {
-                        return result.IsMesh() ? std::optional(part.area) : std::nullopt;
-                      }},
-                     {"holds", ".6g", &Part::holds}};
+  Columns columns = {
+      {"part", "", &Part::label},
+      {"function", "", [](const Part& part) { return base::Word(part.function); }},
+      {"elements", "", [&](const Part& part) { return result.sizes[part.label]; }},
+      {"share", ".6g", [&](const Part& part) { return result.Share(part.label); }},
+      {"area", ".6g",
+       [&](const Part& part) { return result.IsMesh() ? std::optional(part.area) : std::nullopt; }},
+      {"holds", ".6g", &Part::holds}};
   const auto add = [&](const std::vector<std::string>& titles, const auto& vector_of) {
     for (int k = 0; k < 3; ++k) {
       columns.push_back({titles[k], ".6g", [=](const Part& part) { return vector_of(part)[k]; }});

@@ -115,7 +115,7 @@ TEST_F(VideoTest, TheWaitIsAnnouncedAndTheFileInItsNewFolderIsNamedAtTheEnd) {
     return RunProgram({"trial", run, "dextrose-0000", "--run-detector", "--video", file});
   });
   ASSERT_EQ(ran.code, 0) << ran.err;
-  EXPECT_THAT(ran.err, testing::ContainsRegex("drawing the video: about a minute"));
+  EXPECT_THAT(ran.err, testing::ContainsRegex("drawing the video: two minutes"));
   EXPECT_THAT(ran.err, testing::EndsWith("info: video in " + file + "\n"));
 }
 
