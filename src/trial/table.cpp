@@ -495,7 +495,10 @@ ordered_json JsonOf(const Table& table) {
                     {"brought", table.brought_others}};
   if (table.p_threshold > 0.0) json["p_threshold"] = table.p_threshold;
   json["audit_worst"] = table.audit_max;
-  json["stage_seconds"] = trial::JsonOf(table.stage_seconds);
+  json["stage_seconds"] = ordered_json::object();
+  for (const auto& time : table.stage_seconds) {
+    json["stage_seconds"][time.stage] = {{"median", time.median_s}, {"p95", time.p95_s}};
+  }
   return json;
 }
 
@@ -677,14 +680,6 @@ bool IsBelowPublished(const Table& table, const Row& row) {
     return rate.p_below.value_or(1.0) < table.p_threshold;
   };
   return below(row.text_detection) || below(row.text_grasping);
-}
-
-ordered_json JsonOf(const std::vector<experiment::StageTime>& times) {
-  ordered_json json = ordered_json::object();
-  for (const auto& time : times) {
-    json[time.stage] = {{"median", time.median_s}, {"p95", time.p95_s}};
-  }
-  return json;
 }
 
 experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -75,9 +74,6 @@ Table BuildTable(const experiment::Stamp& stamp, const std::vector<experiment::R
 /// The same table, ready to print.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records);
-
-/// {"scan": {"median": s, "p95": s}, ...}
-nlohmann::ordered_json JsonOf(const std::vector<experiment::StageTime>& times);
 
 /// Charts of the rates of each object with the published ones, then of the rates by resting pose,
 /// kind of grasp, friction, slip and tilt in the hand. Charts without data are left out.

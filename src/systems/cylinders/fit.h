@@ -86,7 +86,7 @@ struct RcfPreparation {
 RcfPreparation PrepareRcf(const FitInput& input, double neighborhood_m);
 
 /// True if a normal, in the frame of SensorAxes, is that of a "top curvature point". As printed,
-/// n_x > n_y and n_x > n_z; the wall's outline on one side also passes. Else, it is about halfway
+/// n_x > n_y and n_x > n_z; the wall's outline on one side also passes. Otherwise it is halfway
 /// between the normals of the end and the wall: a normal estimated across the rim is halfway if its
 /// point is on the rim itself. The circle is then that of the rim, and not of a band inside it.
 bool PassesGate(const Eigen::Vector3d& n_S, bool as_printed);

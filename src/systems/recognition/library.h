@@ -63,9 +63,8 @@ class Library {
 
   const internal::PreparedObject& FindPrepared(const std::string& name) const;  ///< as Find
 
-  const auto& prepared() const {
-    return prepared_;
-  }  ///< all, in the order in which they were given
+  /// All, in the order in which they were given.
+  const auto& prepared() const { return prepared_; }
 
  private:
   std::vector<std::shared_ptr<const internal::PreparedObject>> prepared_;

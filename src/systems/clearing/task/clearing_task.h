@@ -16,7 +16,7 @@ inline constexpr const char* kCleared = "cleared";
 experiment::Result ResultOf(const Clearing& clearing, const std::string& target);
 
 /// Tables of a clearing run: by arrangement (with intervals for clustered trials: the objects of a
-/// run), by object, objects left and why, outcomes of the grasps.
+/// run), by object with what happened to it otherwise, outcomes of the grasps.
 experiment::Report ReportOf(const experiment::Stamp& stamp,
                             const std::vector<experiment::Record>& records);
 

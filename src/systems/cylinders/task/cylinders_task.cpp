@@ -122,7 +122,10 @@ std::vector<ComparedFit> CompareFits(const FitInput& input, const ComparisonOpti
   base::Stopwatch watch;
   const RcfPreparation prepared = PrepareRcf(input, options.neighborhood_m);
   const double rcf_s = watch.Restart();
-  const auto normals = pcl_bridge::EstimateNormals(input.points, input.eye, options.neighborhood_m);
+  const bool needs_normals = std::ranges::count(options.methods, Method::kPcl) > 0;
+  const auto normals =
+      needs_normals ? pcl_bridge::EstimateNormals(input.points, input.eye, options.neighborhood_m)
+                    : geometry::Points();
   const double pcl_s = watch.Restart();
   const auto fit = [&](Method method, int iterations) -> std::optional<Barrel> {
     if (method == Method::kLsf) return FitLeastSquares(input.points, iterations);

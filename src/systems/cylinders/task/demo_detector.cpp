@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "base/units.h"
 #include "base/words.h"
 #include "experiment/record.h"
 #include "geometry/mesh.h"

@@ -81,9 +81,9 @@ void BringIt(const BringArguments& a) {
 }
 
 void AddBringCommand(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "bring",
-      "Bring an object: find it among others, grasp it and hand it over; prints each step.");
+  auto* command = app.add_subcommand("bring",
+                                     "Bring an object: find it among others, grasp it and hand it "
+                                     "over; prints the steps at the end.");
   auto a = std::make_shared<BringArguments>();
   command->add_option("object", a->object, "the wanted object, e.g. coffee_cup")->required();
   command->add_option("--experiment", a->experiment,

@@ -74,6 +74,8 @@ struct Surface {
       : points(std::move(seen.points)),
         tree(points),
         normals(NormalsOf(points, seen.eyes, tree, normal_radius_m)) {}
+  Surface(const Surface&) = delete;  // the tree refers to the points
+  Surface& operator=(const Surface&) = delete;
 
   Points points;
   geometry::KdTree tree;

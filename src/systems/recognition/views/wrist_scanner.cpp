@@ -78,7 +78,7 @@ void ForEachPoint(const geometry::Observation& observation, const Visit& visit) 
 void ReadWristViewOptions(base::YamlMap& map, WristViewOptions& options) {
   map.Read("views", options.views, 1, 10,
            "number of views per trial: the first by the sensor, more by the wrist scanner, where "
-           "they add most information");
+           "they add most information; `task: recognition` stops when every object is sure");
   ReadLook(map.Child("look", "views by the wrist scanner, if `views` is above 1"), options);
   if (options.views > 1 && options.sensor.empty()) {
     map.Fail("views",

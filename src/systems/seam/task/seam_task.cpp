@@ -40,7 +40,8 @@ constexpr const char* kLocalStepColor = "#17becf";
 // determines the view's size, 25 kB per page.
 constexpr std::size_t kEvenPages = 8;
 constexpr std::size_t kWorstPages = 8;
-// The decision method that pages show: unlike voting, it has a weight function to plot.
+// The decision method that pages show: unlike voting, it has a weight function to plot. Its edge
+// may come from another profile of the last 100 ms.
 constexpr auto kShown = static_cast<std::size_t>(DecisionMethod::kWeights);
 // Distance between points of the true edge beyond the needle's path.
 constexpr double kEdgeStep_m = 1e-3;
