@@ -146,7 +146,7 @@ TEST_F(OwnCell, ARunLooksAtItsObjectsToo) {
   folder_.Write("objects/ball/ball.xml",
                 "<mujoco><worldbody><body name=\"ball\"><freejoint/><geom size=\".2\" "
                 "mass=\"0.03\"/></body></worldbody></mujoco>");
-  experiment_ = Replaced(experiment_, kSource + "/models/objects", "objects");
+  experiment_ += "object_folders: [objects]\n";
   experiment_ = Replaced(experiment_, "salt_cylinder", "ball");
   const auto ran = Run();
   EXPECT_EQ(ran.code, 2);
