@@ -106,12 +106,9 @@ process::Program ProgramOf(const OutsideOptions& options, const fs::path& folder
   program.max_memory_bytes = static_cast<std::uint64_t>(options.memory_mb * kMega_bytes);
   program.max_file_bytes = static_cast<std::uint64_t>(options.file_mb * kMega_bytes);
   program.environment = {{"TMPDIR", folder.string()}};
-  // Parallel trials use all cores already; another order of sums or of Python's sets changes the
-  // results.
-  const std::pair<const char*, const char*> fixed[] = {
-      {"OMP_NUM_THREADS", "1"}, {"OPENBLAS_NUM_THREADS", "1"}, {"PYTHONHASHSEED", "0"}};
-  for (const auto& [name, value] : fixed) {
-    if (!std::getenv(name)) program.environment.emplace_back(name, value);
+  // Parallel trials use all cores already, and another summation order changes the results.
+  for (const char* threads : {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"}) {
+    if (!std::getenv(threads)) program.environment.emplace_back(threads, "1");
   }
   if (!options.sandbox) return program;
   process::Box box{folder, options.hidden, {}};
