@@ -59,14 +59,17 @@ bool Before(const KdTree::Neighbor& a, const KdTree::Neighbor& b) {
   return a.index < b.index;
 }
 
-/// The k nearest in order, ties by index. k is small, and then a list is faster than a heap.
+/// The k nearest within max_m in order, ties by index. k is small, and then a list is faster than a
+/// heap.
 class NearestSet {
  public:
-  NearestSet(std::size_t k, std::vector<KdTree::Neighbor>& out) : k_(k), out_(out) {}
+  NearestSet(std::size_t k, double max_m, std::vector<KdTree::Neighbor>& out)
+      : k_(k), out_(out), worst_(std::nextafter(max_m * max_m, kInfinity)) {}
   bool full() const { return out_.size() == k_; }
   double worstDist() const { return worst_; }
   bool addPoint(double squared_distance, std::uint32_t index) {
     const KdTree::Neighbor candidate{index, squared_distance};
+    if (!(squared_distance < worst_)) return true;
     if (!full()) {
       out_.push_back(candidate);
     } else if (!Before(candidate, out_.back())) {
@@ -84,7 +87,7 @@ class NearestSet {
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::size_t k_;
   std::vector<KdTree::Neighbor>& out_;
-  double worst_ = kInfinity;
+  double worst_;
 };
 
 PointSpan CheckFinite(PointSpan points) {
@@ -121,11 +124,11 @@ KdTree::~KdTree() = default;
 KdTree::KdTree(KdTree&&) noexcept = default;
 KdTree& KdTree::operator=(KdTree&&) noexcept = default;
 
-void KdTree::Nearest(const Eigen::Vector3d& query, std::size_t k,
-                     std::vector<Neighbor>& out) const {
+void KdTree::Nearest(const Eigen::Vector3d& query, std::size_t k, std::vector<Neighbor>& out,
+                     double max_m) const {
   out.clear();
   if (k == 0) return;
-  NearestSet set(k, out);
+  NearestSet set(k, max_m, out);
   impl_->Search(query, set);
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -26,8 +27,10 @@ class KdTree {
   KdTree& operator=(KdTree&&) noexcept;
 
   /// The k points nearest to the query, ascending by distance (fewer if the tree has fewer). A
-  /// query that is itself a point of the tree finds itself first.
-  void Nearest(const Eigen::Vector3d& query, std::size_t k, std::vector<Neighbor>& out) const;
+  /// query that is itself a point of the tree finds itself first. Only points with distance <=
+  /// max_m [m] are found.
+  void Nearest(const Eigen::Vector3d& query, std::size_t k, std::vector<Neighbor>& out,
+               double max_m = std::numeric_limits<double>::infinity()) const;
   /// All points with distance < radius [m], unsorted.
   void Within(const Eigen::Vector3d& query, double radius_m, std::vector<Neighbor>& out) const;
   /// How many points have distance < radius [m]; counting stops at `limit`.

@@ -48,6 +48,19 @@ TEST_P(SeededQueries, NearestIsThatOfABruteForce) {
   }
 }
 
+TEST_P(SeededQueries, NearestWithinADistanceIsThatOfABruteForce) {
+  for (int q = 0; q < 30; ++q) {
+    const Eigen::Vector3d query = RandomPoint(1.2, rng);
+    const std::size_t k = rng.Index(20);
+    auto expected = BruteForce(points, query);
+    const double max = rng.Uniform(0.0, 1.0);
+    std::erase_if(expected, [&](const auto& one) { return one.squared_distance > max * max; });
+    tree.Nearest(query, k, found, max);
+    ASSERT_EQ(found.size(), std::min(k, expected.size()));
+    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i].index, expected[i].index);
+  }
+}
+
 TEST_P(SeededQueries, WithinAndCountAreThoseOfABruteForce) {
   for (int q = 0; q < 30; ++q) {
     const Eigen::Vector3d query = RandomPoint(1.2, rng);

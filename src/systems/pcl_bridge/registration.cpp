@@ -4,7 +4,10 @@
 #include <pcl/registration/icp.h>
 #include <pcl/search/kdtree.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -12,9 +15,18 @@
 #include "pcl_bridge/internal/pcl_cloud.h"
 
 namespace rangegrasp::pcl_bridge {
-namespace {
 
 using PclOriented = pcl::PointCloud<pcl::PointNormal>;
+
+struct PlaneTarget::Data {
+  explicit Data(const geometry::Points& surface) : points(surface), tree(points) {}
+
+  geometry::Points points;
+  geometry::KdTree tree;
+  PclOriented::Ptr oriented{new PclOriented};
+};
+
+namespace {
 
 /// Thrown if the pairs do not determine the pose: the library would continue with NaN and end the
 /// process by an assertion.
@@ -34,17 +46,30 @@ struct Estimation : LeastSquares {
 using PointToPlane =
     pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal, double>;
 
-/// Finds the nearest point with the project's own tree. The library's tree starts and ends a team
-/// of threads for each query, which takes as long as the query.
+/// Searches go a little further than necessary, so that rounding leaves no pair out.
+constexpr double kFurther = 1.001;
+
+/// Finds the nearest point within a distance with the project's own tree. The library's tree
+/// starts and ends a team of threads for each query, which takes as long as the query. The
+/// registration asks for its points in the same order in each iteration: the search begins with
+/// the previous answer.
 class NearestPoint : public pcl::search::KdTree<pcl::PointNormal> {
  public:
-  explicit NearestPoint(geometry::Points points) : points_(std::move(points)), tree_(points_) {}
+  NearestPoint(const PlaneTarget::Data& target, std::size_t queries, double max_m)
+      : target_(target), max_m_(max_m), before_(queries, 0) {}
 
   using pcl::search::KdTree<pcl::PointNormal>::nearestKSearch;
+  /// The registration asks for one point, and leaves it out beyond max_m.
   int nearestKSearch(const pcl::PointNormal& point, int k, pcl::Indices& indices,
                      std::vector<float>& squared_distances) const override {
     thread_local std::vector<geometry::KdTree::Neighbor> nearest;
-    tree_.Nearest(point.getVector3fMap().cast<double>(), static_cast<std::size_t>(k), nearest);
+    const Eigen::Vector3d query = point.getVector3fMap().cast<double>();
+    std::uint32_t& before = before_[next_];
+    next_ = next_ + 1 == before_.size() ? 0 : next_ + 1;
+    const double max_m = std::min(max_m_, kFurther * (target_.points[before] - query).norm());
+    target_.tree.Nearest(query, static_cast<std::size_t>(k), nearest, max_m);
+    if (nearest.empty()) nearest.push_back({0, std::numeric_limits<double>::max()});
+    before = nearest.front().index;
     indices.clear();
     squared_distances.clear();
     for (const auto& neighbor : nearest) {
@@ -55,30 +80,26 @@ class NearestPoint : public pcl::search::KdTree<pcl::PointNormal> {
   }
 
  private:
-  geometry::Points points_;
-  geometry::KdTree tree_;
+  const PlaneTarget::Data& target_;
+  double max_m_;
+  mutable std::vector<std::uint32_t> before_;
+  mutable std::size_t next_ = 0;
 };
 
 }  // namespace
 
-struct PlaneTarget::Data {
-  PclOriented::Ptr points{new PclOriented};
-  pcl::search::KdTree<pcl::PointNormal>::Ptr tree;
-};
-
 PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
   Demand(surface.size() >= 3 && surface.normals.size() == surface.size(),
          "PlaneTarget: needs 3 points or more, and a normal for each");
-  auto data = std::make_shared<Data>();
+  auto data = std::make_shared<Data>(surface.points);
   for (std::size_t i = 0; i < surface.size(); ++i) {
     Demand(surface.points[i].allFinite() && surface.normals[i].allFinite(),
            "PlaneTarget: points and normals must be finite");
     pcl::PointNormal p;
     p.getVector3fMap() = surface.points[i].cast<float>();
     p.getNormalVector3fMap() = surface.normals[i].cast<float>();
-    data->points->push_back(p);
+    data->oriented->push_back(p);
   }
-  data->tree = pcl::make_shared<NearestPoint>(surface.points);
   data_ = std::move(data);
 }
 
@@ -92,8 +113,11 @@ Eigen::Isometry3d RegisterPointToPlane(geometry::PointSpan source, const PlaneTa
   pcl::copyPointCloud(points, *oriented);
   PointToPlane method;
   method.setInputSource(oriented);
-  method.setInputTarget(target.data().points);
-  method.setSearchMethodTarget(target.data().tree, true);
+  method.setInputTarget(target.data().oriented);
+  method.setSearchMethodTarget(
+      pcl::make_shared<NearestPoint>(target.data(), points.size(),
+                                     kFurther * options.max_pair_distance_m),
+      true);
   method.setTransformationEstimation(pcl::make_shared<Estimation>());
   method.setTransformationEpsilon(options.min_step_m * options.min_step_m);
   method.setTransformationRotationEpsilon(std::cos(options.min_step_rad));

@@ -1,6 +1,9 @@
 #include "pcl_bridge/registration.h"
 
 #include <gtest/gtest.h>
+#include <pcl/registration/icp.h>
+
+#include <cmath>
 
 #include "base/units.h"
 #include "geometry/synthetic.h"
@@ -43,7 +46,7 @@ struct Pair {
 };
 
 /// The points that have a normal, with their normals.
-PlaneTarget Target(const geometry::Points& points, const Eigen::Vector3d& sensor) {
+geometry::PointCloud Surface(const geometry::Points& points, const Eigen::Vector3d& sensor) {
   const geometry::Points normals = EstimateNormals(points, sensor, 0.01);
   geometry::PointCloud surface;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -51,7 +54,10 @@ PlaneTarget Target(const geometry::Points& points, const Eigen::Vector3d& sensor
     surface.points.push_back(points[i]);
     surface.normals.push_back(normals[i]);
   }
-  return PlaneTarget(surface);
+  return surface;
+}
+PlaneTarget Target(const geometry::Points& points, const Eigen::Vector3d& sensor) {
+  return PlaneTarget(Surface(points, sensor));
 }
 
 /// Maximum displacement of the scene's points by the error.
@@ -76,6 +82,51 @@ TEST_P(SeededRegistration, PointToPlaneFindsTheKnownPose) {
   EXPECT_LT(MaxError(pair, found), kMaxError_m);
   EXPECT_LT((found.linear().transpose() * found.linear() - Eigen::Matrix3d::Identity()).norm(),
             1e-12);
+}
+
+/// The library's method with its own search.
+Eigen::Isometry3d Reference(const geometry::Points& source, const geometry::PointCloud& target,
+                            const Eigen::Isometry3d& X_TS, const RegistrationOptions& options) {
+  using Cloud = pcl::PointCloud<pcl::PointNormal>;
+  const auto to = pcl::make_shared<Cloud>();
+  const auto from = pcl::make_shared<Cloud>();
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    pcl::PointNormal p;
+    p.getVector3fMap() = target.points[i].cast<float>();
+    p.getNormalVector3fMap() = target.normals[i].cast<float>();
+    to->push_back(p);
+  }
+  for (const auto& point : source) {
+    pcl::PointNormal p;
+    p.getVector3fMap() = point.cast<float>();
+    from->push_back(p);
+  }
+  pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal, double> method;
+  method.setInputSource(from);
+  method.setInputTarget(to);
+  method.setTransformationEstimation(
+      pcl::make_shared<pcl::registration::TransformationEstimationPointToPlaneLLS<
+          pcl::PointNormal, pcl::PointNormal, double>>());
+  method.setTransformationEpsilon(options.min_step_m * options.min_step_m);
+  method.setTransformationRotationEpsilon(std::cos(options.min_step_rad));
+  method.setMaxCorrespondenceDistance(options.max_pair_distance_m);
+  method.setMaximumIterations(options.max_iterations);
+  Cloud aligned;
+  method.align(aligned, X_TS.matrix());
+  return Eigen::Isometry3d(method.getFinalTransformation());
+}
+
+// From guesses so bad that pairs change in each iteration and many points have none.
+TEST_P(SeededRegistration, AgreesWithTheLibrarysSearch) {
+  base::Rng rng(GetParam());
+  const Pair pair(GetParam(), rng);
+  const geometry::PointCloud target = Surface(pair.target_T, pair.sensor_T);
+  const RegistrationOptions options{.max_pair_distance_m = 0.01, .max_iterations = 8};
+  const Eigen::Isometry3d guess = pair.guess_TS * Eigen::Translation3d(0.02, 0.01, 0.0);
+  const auto found = RegisterPointToPlane(pair.source_S, PlaneTarget(target), guess, options);
+  const auto expected = Reference(pair.source_S, target, guess, options);
+  EXPECT_GT((found.matrix() - guess.matrix()).norm(), 1e-3);
+  EXPECT_LT((found.matrix() - expected.matrix()).norm(), 1e-7);  // clouds are of float
 }
 
 TEST(Registration, SameCloudsGiveTheSamePoseTwice) {

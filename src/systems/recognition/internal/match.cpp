@@ -30,12 +30,14 @@ constexpr std::size_t kStride = 8;
 /// Registered poses this close to a better one are duplicates, modulo symmetry.
 constexpr PoseDifference kSame{0.004, 0.05};
 constexpr PoseDifference kSameCoarse{0.015, 0.25};
-/// Maximum pair distances of registration: the error of a guess, for which every third point
-/// suffices, then that of the scanner.
-constexpr double kFarPairs_m = 0.025;
-constexpr double kNearPairs_m = 0.008;
+/// Registration begins with pairs up to the error of a guess, for which every third point suffices,
+/// and ends with pairs up to the error of the scanner.
+constexpr pcl_bridge::RegistrationOptions kFar{0.025, 10, 3e-4, 3e-3};
+constexpr pcl_bridge::RegistrationOptions kNearby{0.008, 15, 5e-5, 5e-4};
 /// Guesses that are this close after the first registration end in the same pose.
 constexpr PoseDifference kMeet{0.002, 0.02};
+/// Guesses whose coarse score is this far below the best one's then are given up.
+constexpr double kBehind = 0.15;
 /// Step sizes of the final refinement, and how often they are halved.
 constexpr double kStep_m = 0.0015;
 constexpr double kStep_rad = 0.02;
@@ -54,7 +56,10 @@ constexpr int kTurns = 18;
 /// smaller ones.
 constexpr int kRoundTurns = 36;
 constexpr double kPrintSteps_rad[] = {base::Deg(8.0), base::Deg(4.0), base::Deg(2.0)};
-constexpr std::size_t kFewRays = 600;  ///< used to evaluate prints
+constexpr std::size_t kFewRays = 600;  ///< used to evaluate prints and small moves
+/// Rays that choose among the poses in which an object would lie, and the number of poses chosen.
+constexpr std::size_t kRoughRays = 48;
+constexpr std::size_t kRoughPoses = 24;
 
 /// The table frame, turned so that x is along the line of sight.
 base::Pose AlongSight(const Segment& segment) {
@@ -86,6 +91,20 @@ std::vector<Posed> Best(std::vector<Posed> posed, const Symmetry& symmetry,
   return best;
 }
 
+/// Those that lie and the others, each without those near to a better one; `count` at most of each,
+/// best first in all. A lying pose is kept even if pairs voted for a better one nearby: it is
+/// registered together with its contact points, while the other may roll or slide away.
+std::vector<Posed> BestOfBoth(std::vector<Posed> posed, const Symmetry& symmetry,
+                              const PoseDifference& same, std::size_t count = SIZE_MAX) {
+  const auto others = std::ranges::stable_partition(
+      posed, [](const Posed& one) { return one.lying_CB.has_value(); });
+  auto best = Best({posed.begin(), others.begin()}, symmetry, same, count);
+  std::ranges::copy(Best({others.begin(), posed.end()}, symmetry, same, count),
+                    std::back_inserter(best));
+  std::ranges::stable_sort(best, std::greater{}, &Posed::score);
+  return best;
+}
+
 /// Poses in which the object would lie on the table at the segment: along and across the line of
 /// sight, the middle of the segment is that of the part of the object that would be visible.
 std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& segment) {
@@ -101,11 +120,13 @@ std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& 
   for (const Matrix3d& way : object.lying) {
     double lowest = std::numeric_limits<double>::infinity();
     for (const Vector3d& corner : object.hull_B) lowest = std::min(lowest, way.row(2).dot(corner));
+    Points to_eyes_B;
+    for (const Vector3d& e : to_eyes) to_eyes_B.push_back(way.transpose() * e);
     Eigen::AlignedBox3d visible;
     for (std::size_t i = 0; i < surface.size(); i += kStride) {
-      const Vector3d normal = way * surface.normals[i];
+      const Vector3d& normal = surface.normals[i];
       const bool faces =
-          std::ranges::any_of(to_eyes, [&](const Vector3d& e) { return normal.dot(e) > 0.1; });
+          std::ranges::any_of(to_eyes_B, [&](const Vector3d& e) { return normal.dot(e) > 0.1; });
       if (faces) visible.extend(way * surface.points[i]);
     }
     Vector3d size = visible.sizes();
@@ -133,9 +154,10 @@ std::vector<Posed> VotedPoses(const PreparedObject& object, const Segment& segme
 /// Depth of the lowest corner of its hull below the table.
 double Sunk(const PreparedObject& object, const base::Pose& X_CB, const Segment& segment) {
   const base::Pose X_TB = segment.X_TC * X_CB;
+  const Eigen::RowVector3d up_B = X_TB.linear().row(2);
   double lowest = std::numeric_limits<double>::infinity();
-  for (const auto& corner : object.hull_B) lowest = std::min(lowest, (X_TB * corner).z());
-  return -lowest;
+  for (const Vector3d& corner : object.hull_B) lowest = std::min(lowest, up_B.dot(corner));
+  return -lowest - X_TB.translation().z();
 }
 
 /// The points at 0, step, 2 step, ...
@@ -207,12 +229,7 @@ Points WithContact(const PreparedObject& object, const Segment& segment, const b
 }
 
 base::Pose RegisteredPose(const PreparedObject& object, const base::Pose& X_CB,
-                          const Points& source_C, double max_pair_distance_m) {
-  pcl_bridge::RegistrationOptions options;
-  options.max_pair_distance_m = max_pair_distance_m;
-  options.max_iterations = 15;
-  options.min_step_m = 5e-5;
-  options.min_step_rad = 5e-4;
+                          const Points& source_C, const pcl_bridge::RegistrationOptions& options) {
   return pcl_bridge::RegisterPointToPlane(source_C, object.target, X_CB.inverse(), options)
       .inverse();
 }
@@ -231,6 +248,7 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
   segment.source_C =
       Every(std::max<std::size_t>(1, own.size() / options.source_points), segment.cloud_C.points);
   segment.rays = RaysAbout(observation, scene, own, options.beside_m);
+  segment.rough = Fewer(segment.rays, kRoughRays);
   segment.coarse = Fewer(segment.rays, options.coarse_rays);
   segment.fine = Fewer(segment.rays, options.fine_rays);
   segment.few = Fewer(segment.rays, kFewRays);
@@ -252,52 +270,47 @@ Segment SegmentOf(const geometry::Observation& observation, const perception::Sc
 Match::Match(const PreparedObject& object, const Segment& segment,
              const RecognitionOptions& options)
     : object_(&object), segment_(&segment), options_(&options) {
-  std::vector<Posed> lying;
+  std::vector<Posed> guesses;
   for (const auto& X_CB : LyingPoses(object, segment)) {
-    lying.push_back(Coarse(X_CB));
-    lying.back().lies = true;
+    guesses.push_back({X_CB, Rough(segment.rough, X_CB), X_CB});
   }
-  std::vector<Posed> voted;
-  for (const Posed& one : VotedPoses(object, segment)) voted.push_back(Coarse(one.X_CB));
-  // A lying pose is kept even if pairs voted for a better one nearby: it is registered together
-  // with its contact points, while the other may roll or slide away.
-  const auto count = static_cast<std::size_t>(options.registered);
   const Symmetry& symmetry = object.object.symmetry;
-  auto best = Best(std::move(lying), symmetry, kSameCoarse, count);
-  std::ranges::copy(Best(std::move(voted), symmetry, kSameCoarse, count), std::back_inserter(best));
-  posed_ = Best(std::move(best), symmetry, {0.0, 0.0}, count);
+  guesses = Best(std::move(guesses), symmetry, {0.0, 0.0}, kRoughPoses);
+  std::ranges::copy(VotedPoses(object, segment), std::back_inserter(guesses));
+  for (Posed& one : guesses) one.score = Rough(segment.coarse, one.X_CB);
+  const auto count = static_cast<std::size_t>(options.registered);
+  posed_ = BestOfBoth(std::move(guesses), symmetry, kSameCoarse, count);
+  if (posed_.size() > count) posed_.resize(count);
 }
 
 std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
   const Vector3d up_C = segment_->X_TC.linear().transpose() * Vector3d::UnitZ();
-  std::vector<Posed> registered;
-  std::vector<Posed> met;
+  const auto source_of = [this](const Posed& one) {
+    return one.lying_CB ? WithContact(*object_, *segment_, *one.lying_CB) : segment_->source_C;
+  };
   for (Posed& one : posed) {
-    const Points source_C =
-        one.lies ? WithContact(*object_, *segment_, one.X_CB) : segment_->source_C;
-    one.X_CB = RegisteredPose(*object_, one.X_CB, Every(3, source_C), kFarPairs_m);
-    const bool again = std::ranges::any_of(met, [&](const Posed& other) {
-      return other.lies == one.lies &&
-             AreNear(one.X_CB, other.X_CB, object_->object.symmetry, kMeet);
-    });
-    if (again) continue;
-    met.push_back(one);
-    one.X_CB = RegisteredPose(*object_, one.X_CB, source_C, kNearPairs_m);
+    one.X_CB = RegisteredPose(*object_, one.X_CB, Every(3, source_of(one)), kFar);
+    one.score = Rough(segment_->coarse, one.X_CB);
+  }
+  posed = BestOfBoth(std::move(posed), object_->object.symmetry, kMeet);
+  const double least = posed.empty() ? 0.0 : posed.front().score - kBehind;
+  std::erase_if(posed, [least](const Posed& one) { return one.score < least; });
+  for (Posed& one : posed) {
+    one.X_CB = RegisteredPose(*object_, one.X_CB, source_of(one), kNearby);
     const double sunk_m = std::max(0.0, Sunk(*object_, one.X_CB, *segment_));
     one.X_CB = Eigen::Translation3d(sunk_m * up_C) * one.X_CB;
     one.score = ShapeScore(one.X_CB);
-    registered.push_back(one);
   }
-  return Best(std::move(registered), object_->object.symmetry, kSame);
+  return Best(std::move(posed), object_->object.symmetry, kSame);
 }
 
 void Match::AddTurned() {
   const Posed& front = posed_.front();
-  const double least = Coarse(front.X_CB).score - options_->hopeless;
+  const double least = Rough(segment_->coarse, front.X_CB) - options_->hopeless;
   std::vector<Posed> turned;
   for (const base::Pose& X_CB : Turned(*object_, front.X_CB)) {
-    Posed one = Coarse(X_CB);
-    one.lies = front.lies;
+    Posed one{X_CB, Rough(segment_->coarse, X_CB)};
+    if (front.lying_CB) one.lying_CB = X_CB;
     if (one.score >= least) turned.push_back(one);
   }
   std::ranges::copy(Registered(std::move(turned)), std::back_inserter(posed_));
@@ -315,7 +328,7 @@ std::vector<Posed> Match::Moved() const {
                    : TurnAbout(sign * 1.01 * kDiffers.angle_rad, along_B,
                                object_->object.symmetry.center_B);
       const base::Pose X_CB = best.X_CB * move;
-      moved.push_back({X_CB, Fine(X_CB).Score(*options_), best.lies});
+      moved.push_back({X_CB, Fine(X_CB).Score(*options_)});
     }
   }
   return moved;
@@ -388,7 +401,7 @@ void Match::Settle() {
 Posed Match::Refined(Posed posed) const {
   double step_m = kStep_m;
   double step_rad = kStep_rad;
-  posed.score = ShapeScore(posed.X_CB);
+  posed.score = FewScore(posed.X_CB);
   for (int k = 0; k < kHalvings; ++k, step_m /= 2.0, step_rad /= 2.0) {
     for (int axis = 0; axis < 6; ++axis) {
       for (const double sign : {1.0, -1.0}) Climb(axis, sign * step_m, sign * step_rad, posed);
@@ -405,9 +418,9 @@ Evidence Match::WeighAbove(double max_sunk_m, const base::Pose& X_CB, const Samp
 }
 
 /// Without colors, since prints are displaced in a pose of this accuracy.
-Posed Match::Coarse(const base::Pose& X_CB) const {
+double Match::Rough(const SampleRays& rays, const base::Pose& X_CB) const {
   const double tolerance_m = options_->coarse_tolerance_m;
-  return {X_CB, WeighAbove(tolerance_m, X_CB, segment_->coarse, tolerance_m).ShapeScore(*options_)};
+  return WeighAbove(tolerance_m, X_CB, rays, tolerance_m).ShapeScore(*options_);
 }
 
 Evidence Match::Fine(const base::Pose& X_CB, double tolerance_share) const {
@@ -417,6 +430,11 @@ Evidence Match::Fine(const base::Pose& X_CB, double tolerance_share) const {
 
 double Match::ShapeScore(const base::Pose& X_CB) const { return Fine(X_CB).ShapeScore(*options_); }
 
+double Match::FewScore(const base::Pose& X_CB) const {
+  return WeighAbove(options_->max_sunk_m, X_CB, segment_->few, options_->tolerance_m)
+      .ShapeScore(*options_);
+}
+
 void Match::Climb(int axis, double step_m, double step_rad, Posed& posed) const {
   const Vector3d along = segment_->X_TC.linear().transpose() * Vector3d::Unit(axis % 3);
   const Vector3d center = posed.X_CB * object_->object.symmetry.center_B;
@@ -425,8 +443,8 @@ void Match::Climb(int axis, double step_m, double step_rad, Posed& posed) const 
                               : Eigen::Translation3d(center) * Eigen::AngleAxisd(step_rad, along) *
                                     Eigen::Translation3d(-center);
   const base::Pose moved = move * posed.X_CB;
-  const double score = ShapeScore(moved);
-  if (score > posed.score) posed = {moved, score, posed.lies};
+  const double score = FewScore(moved);
+  if (score > posed.score) posed = {moved, score};
 }
 
 }  // namespace rangegrasp::recognition::internal

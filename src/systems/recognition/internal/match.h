@@ -15,9 +15,10 @@ struct Segment {
   geometry::PointCloud cloud_C;  ///< with normals
   geometry::Points source_C;     ///< fewer points, for registration
   SampleRays rays;               ///< all rays around it
-  SampleRays coarse;
-  SampleRays fine;
-  SampleRays few;                            ///< between coarse and fine in number
+  SampleRays rough;              ///< fewer of them: tens,
+  SampleRays coarse;             ///< hundreds,
+  SampleRays few;
+  SampleRays fine;                           ///< and thousands
   std::vector<PointPairs> references;        ///< of its points that vote for poses
   bool colored = false;                      ///< some rays have tones
   base::Pose X_TC = base::Pose::Identity();  ///< table frame: z up, origin on it
@@ -68,7 +69,8 @@ class Match {
   void Aim();
   base::Pose Aimed(const base::Pose& X_CB) const;
   Posed Refined(Posed posed) const;
-  Posed Coarse(const base::Pose& X_CB) const;
+  double Rough(const SampleRays& rays, const base::Pose& X_CB) const;
+  double FewScore(const base::Pose& X_CB) const;
   Evidence Fine(const base::Pose& X_CB, double tolerance_share = 1.0) const;
   // No evidence for poses that are deeper than this in the table.
   Evidence WeighAbove(double max_sunk_m, const base::Pose& X_CB, const SampleRays& rays,

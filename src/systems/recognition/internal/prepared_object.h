@@ -38,7 +38,8 @@ std::vector<PointPairs> ReferencesOf(const geometry::PointCloud& cloud, int coun
 struct Posed {
   base::Pose X_CB;
   double score = 0.0;
-  bool lies = false;  ///< on the table, in one of its lying orientations
+  /// The guess from which it was registered, if the object lay on the table there.
+  std::optional<base::Pose> lying_CB = {};
 };
 
 /// The pairs of a model's points, indexed by feature. PCL's voting (PPFRegistration) keeps only one
