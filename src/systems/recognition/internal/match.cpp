@@ -115,11 +115,17 @@ std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& 
   for (const Vector3d& eye_C : segment.eyes_C) {
     to_eyes.push_back((X_SC * eye_C - seen.center()).normalized());
   }
+  Vector3d of_segment = seen.sizes();
+  of_segment.z() = seen.max().z();
+  const auto fits = [&](const Vector3d& size) {
+    return ((of_segment - size).array() <= kTooLarge_m).all();
+  };
   const geometry::PointCloud& surface = object.object.surface_B;
   std::vector<base::Pose> poses;
   for (const Matrix3d& way : object.lying) {
-    double lowest = std::numeric_limits<double>::infinity();
-    for (const Vector3d& corner : object.hull_B) lowest = std::min(lowest, way.row(2).dot(corner));
+    Eigen::AlignedBox3d all;
+    for (const Vector3d& corner : object.hull_B) all.extend(way * corner);
+    if (!fits(all.sizes())) continue;
     Points to_eyes_B;
     for (const Vector3d& e : to_eyes) to_eyes_B.push_back(way.transpose() * e);
     Eigen::AlignedBox3d visible;
@@ -129,11 +135,10 @@ std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& 
           std::ranges::any_of(to_eyes_B, [&](const Vector3d& e) { return normal.dot(e) > 0.1; });
       if (faces) visible.extend(way * surface.points[i]);
     }
+    const double lowest = all.min().z();
     Vector3d size = visible.sizes();
     size.z() = visible.max().z() - lowest;
-    Vector3d of_segment = seen.sizes();
-    of_segment.z() = seen.max().z();
-    if (((of_segment - size).array() > kTooLarge_m).any()) continue;
+    if (!fits(size)) continue;
     Vector3d shift = seen.center() - visible.center();
     shift.z() = -lowest;
     poses.push_back(X_SC.inverse() * base::MakePose(way, shift));
