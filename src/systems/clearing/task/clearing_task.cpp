@@ -14,7 +14,6 @@
 #include "base/words.h"
 #include "experiment/experiment.h"
 #include "experiment/statistics.h"
-#include "sim/world.h"
 #include "trial/options.h"
 #include "trial/recorder.h"
 #include "trial/registry.h"
