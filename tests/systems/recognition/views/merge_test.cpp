@@ -57,9 +57,10 @@ TEST_P(SeededMerge, FindsAGivenOffsetOfAViewOfABox) {
     return Vector3d(Vector3d(x, y, z) * sigma / std::sqrt(3.0));
   };
   RefineOptions options;
-  options.error = {0.002, base::Deg(0.4)};
-  const Vector3d shift = draw(options.error.shift_m);
-  const Vector3d turn = draw(options.error.turn_rad);
+  options.shift_error_m = 0.002;
+  options.turn_error_rad = base::Deg(0.4);
+  const Vector3d shift = draw(options.shift_error_m);
+  const Vector3d turn = draw(options.turn_error_rad);
   const base::Pose X_off = Offset(X_second, shift, turn);
   const Refinement found = Refine(earlier, Moved(view, X_off), kRegion, options);
   ASSERT_TRUE(found.refined);
@@ -94,7 +95,8 @@ TEST(Merge, GoesNoFurtherThanTheErrorAllows) {
   geometry::Observation earlier;
   earlier.views.push_back(ScanBox(LookFrom({0.45, 0.25, 0.35}, kMiddle), kBox, kSigma_m, rng));
   RefineOptions strict;
-  strict.error = {0.0002, base::Deg(0.02)};
+  strict.shift_error_m = 0.0002;
+  strict.turn_error_rad = base::Deg(0.02);
   base::Pose X_off = base::Pose::Identity();
   X_off.translation() = Vector3d(0.004, 0.0, 0.003);
   const auto view = Moved(ScanBox(X_second, kBox, kSigma_m, rng), X_off);
