@@ -267,5 +267,4 @@ TEST(TriedObjects, GraspsLikeOneThatHasFailedComeLast) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::clearing

@@ -327,11 +327,7 @@ TEST(Recognize, ColorsTellTwinsApart) {
     if (color) Paint(looked, [&](const Vector3d& p) { return p.z() > 0.002 ? *color : kWhite; });
     RecognitionOptions options;
     options.color_weight = weight;
-    std::vector<std::string> all;
-    for (const auto& one : Recognize(looked.observation, looked.scene, library, options)) {
-      all.push_back(one.object);
-    }
-    return all;
+    return NamesOf(Recognize(looked.observation, looked.scene, library, options));
   };
   EXPECT_THAT(names(kRed, 0.5), testing::ElementsAre("red"));
   EXPECT_THAT(names(kBlue, 0.5), testing::ElementsAre("blue"));
@@ -427,9 +423,7 @@ TEST(Recognize, AnUnknownObjectHasItsNearestKnownOneAndAReason) {
 }
 
 TEST(Recognize, AnEmptyLibraryKnowsNothing) {
-  const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
-                                         synthetic::Standing(0.3, {0.0, 0.0, 0.0675}));
-  EXPECT_TRUE(Find(LookAt({box}, 1), Library({})).empty());
+  EXPECT_TRUE(Find(LookAt({BoxAside()}, 1), Library({})).empty());
 }
 
 }  // namespace

@@ -229,11 +229,9 @@ TEST(ReconstructionSurvey, OfALaserIsRefusedWhenItIsRead) {
                                        "`sensor`, not a line_scanner"));
 }
 
-TEST(Survey, RefusesAnUnknownMeasureAndALaserForStereo) {
+TEST(Survey, RefusesAnUnknownMeasure) {
   EXPECT_THAT(ErrorOf([] { RunOne("survey_rotation", "dextrose", {"measure=size"}); }),
               HasSubstr("separation"));
-  EXPECT_THAT(ErrorOf([] { RunOne("survey_rotation", "dextrose", {"measure=reconstruction"}); }),
-              HasSubstr("needs a stereo camera"));
 }
 
 }  // namespace
