@@ -407,10 +407,9 @@ TEST_F(Outside, ItsSeedIsTheTrials) {
 
 TEST_F(Outside, FilesAreFoundFromTheExperimentAndWrongOnesSaid) {
   const auto open = [](const std::string& detector) {
-    experiment::Changes changes;
-    changes.set = {"detector=" + detector};
     return testing_support::MessageOf<base::InputError>([&] {
-      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", changes);
+      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
+                                 {.set = {"detector=" + detector}});
     });
   };
   EXPECT_EQ(open("{command: [sh, ../examples/detectors/antipodal.py]}"), "");
@@ -451,10 +450,9 @@ struct CheckedAnswers {
   bool failed = false;
 };
 CheckedAnswers CheckAnswersOf(const std::string& script, const std::string& set = "seed=1") {
-  experiment::Changes changes;
-  changes.set = {"detector={command: [sh, -c, " + json(script).dump() + "]}", set};
-  const auto e =
-      experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml", changes);
+  const auto e = experiment::OpenExperiment(
+      RANGEGRASP_SOURCE_DIR "/experiments/laser_single.yaml",
+      {.set = {"detector={command: [sh, -c, " + json(script).dump() + "]}", set}});
   CheckedAnswers checked;
   const auto* kind = trial::FindDetector(trial::kDetectorWithKeys);
   checked.failed = !kind->check_answers(CellOf(*e.task), checked.text);
