@@ -4,6 +4,7 @@
 
 #include "base/units.h"
 #include "geometry/box_scan.h"
+#include "geometry/random_points.h"
 
 namespace rangegrasp::views {
 namespace {
@@ -51,10 +52,7 @@ TEST_P(SeededMerge, FindsAGivenOffsetOfAViewOfABox) {
   earlier.views.push_back(ScanBox(X_first, kBox, kSigma_m, rng));
   const geometry::View view = ScanBox(X_second, kBox, kSigma_m, rng);
   const auto draw = [&rng](double sigma) {
-    const double x = rng.Normal();
-    const double y = rng.Normal();
-    const double z = rng.Normal();
-    return Vector3d(Vector3d(x, y, z) * sigma / std::sqrt(3.0));
+    return Vector3d(geometry::samples::RandomVector(rng) * sigma / std::sqrt(3.0));
   };
   RefineOptions options;
   options.shift_error_m = 0.002;
