@@ -144,7 +144,6 @@ TEST_F(AddObjectTest, RefusesNonsenseOfSizesAndUnits) {
   ExpectRefused("box.off", "--mass", {"--mass", "0"});
   ExpectRefused("box.off", "--mass` is in grams", {"--mass", "0.2"});
   ExpectRefused("box.off", "implausible", {"--mass", "90000"});
-  ExpectRefused("box.off", "--mass` is in grams", {"--mass", "90000"});
   ExpectRefused("box.off", "velvet", {"--surface", "velvet"});
   ExpectRefused("box.off", "--name 'No Name'", {"--name", "No Name"});
   folder_.Write("label.png", "no picture");

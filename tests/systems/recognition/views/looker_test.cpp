@@ -81,24 +81,19 @@ TEST(Looker, ItsRangesAreTrueButForTheNoise) {
   EXPECT_LT(base::MedianOf(errors_m), 0.0005);  // 0.2 mm at 0.4 m, more at greater distances
 }
 
-/// The options of the cup's experiment with the given hand-eye calibration.
-Options WithHandEye(const Cell& cell, const base::Pose& X_HS, const std::filesystem::path& file) {
-  sensing::WriteHandEye({X_HS, 0.0002, 0.0005}, file);
-  Options options = cell.options;
-  Of<views::WristViewOptions>(options, views::kWristViews).hand_eye = file;
-  return options;
-}
-
 TEST(Looker, BelievesACalibrationInPlaceOfADraw) {
   const auto experiment =
       experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml", {});
   const Cell& cell = CellOf(*experiment.task);
   const testing_support::TempFolder folder;
+  const auto file = folder / "hand_eye.yaml";
+  Options options = cell.options;
+  Of<views::WristViewOptions>(options, views::kWristViews).hand_eye = file;
   const base::Pose& X_HS = *cell.robot.X_HWristScanner;
   Arrangement arranged = *ArrangeTrial(cell, {"coffee_cup", 0, 11});
   const base::Pose X_WS = arranged.world.SitePose("wrist_scanner");
   const auto stands = [&](const base::Pose& X_HSBelieved, std::uint64_t seed) {
-    const Options options = WithHandEye(cell, X_HSBelieved, folder / "hand_eye.yaml");
+    sensing::WriteHandEye({X_HSBelieved, 0.0002, 0.0005}, file);
     return views::WristScanner(options, cell.robot, seed)
         .Scan(arranged.world)
         .observation.views.front()
