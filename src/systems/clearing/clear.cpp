@@ -53,7 +53,7 @@ TriedObjects::Entry& TriedObjects::FindOrAdd(const Samples& object) {
 Passed TriedObjects::StateOf(const Samples& object) const {
   const Entry* entry = Find(object);
   if (!entry) return Passed::kNotYet;
-  return entry->tries >= options_->tries_per_object ? Passed::kTriesUsedUp : entry->passed;
+  return entry->tries >= tries_per_object_ ? Passed::kTriesUsedUp : entry->passed;
 }
 
 int TriedObjects::TriesAt(const Samples& object) const {
@@ -124,7 +124,7 @@ class Run {
         world_(world),
         seed_(seed),
         recorder_(recorder),
-        tried_(options) {
+        tried_(options.tries_per_object) {
     for (int i = 0; i < world.objects(); ++i) {
       result_.objects.emplace_back().object = world.object_name(i);
     }

@@ -44,7 +44,7 @@ constexpr std::array<std::string_view, 4> WordsOf(Passed) {
 /// samples, so an object that was moved by a grasp is a new one.
 class TriedObjects {
  public:
-  explicit TriedObjects(const ClearingOptions& options) : options_(&options) {}
+  explicit TriedObjects(int tries_per_object) : tries_per_object_(tries_per_object) {}
 
   Passed StateOf(const Samples& object) const;
   /// nullopt if it may not be taken; else its number of failed tries: obstacles may be gone after
@@ -74,7 +74,7 @@ class TriedObjects {
   const Entry* Find(const Samples& object) const;
   Entry& FindOrAdd(const Samples& object);
 
-  const ClearingOptions* options_;
+  int tries_per_object_;
   std::vector<Entry> entries_;
 };
 

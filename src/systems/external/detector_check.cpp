@@ -191,7 +191,6 @@ bool CheckAnswers(const Cell& cell, std::string& text) {
   return !failed;
 }
 
-namespace fs = std::filesystem;
 using trial::Options;
 
 void Read(base::YamlMap keys, Options& options) {
@@ -220,8 +219,8 @@ void Check(const base::YamlMap& map, const Options& all, double case_limit_s) {
 void AddTo(const Options& all, experiment::Stamp& stamp) {
   const auto options = trial::Of<OutsideOptions>(all, kExternal);
   std::uint64_t hash = base::Fnv1a(options.sandbox ? "sandbox" : "");
-  for (const fs::path& file : options.files) {
-    if (fs::is_regular_file(file)) {
+  for (const auto& file : options.files) {
+    if (std::filesystem::is_regular_file(file)) {
       hash = base::Fnv1a(file.filename().string() + base::ReadFile(file), hash);
     }
   }

@@ -60,23 +60,19 @@ class NearestPoint : public pcl::search::KdTree<pcl::PointNormal> {
 
   using pcl::search::KdTree<pcl::PointNormal>::nearestKSearch;
   /// The registration asks for one point, and leaves it out beyond max_m.
-  int nearestKSearch(const pcl::PointNormal& point, int k, pcl::Indices& indices,
+  int nearestKSearch(const pcl::PointNormal& point, int /*k*/, pcl::Indices& indices,
                      std::vector<float>& squared_distances) const override {
     thread_local std::vector<geometry::KdTree::Neighbor> nearest;
     const Eigen::Vector3d query = point.getVector3fMap().cast<double>();
     std::uint32_t& before = before_[next_];
     next_ = next_ + 1 == before_.size() ? 0 : next_ + 1;
     const double max_m = std::min(max_m_, kFurther * (target_.points[before] - query).norm());
-    target_.tree.Nearest(query, static_cast<std::size_t>(k), nearest, max_m);
+    target_.tree.Nearest(query, 1, nearest, max_m);
     if (nearest.empty()) nearest.push_back({0, std::numeric_limits<double>::max()});
     before = nearest.front().index;
-    indices.clear();
-    squared_distances.clear();
-    for (const auto& neighbor : nearest) {
-      indices.push_back(static_cast<pcl::index_t>(neighbor.index));
-      squared_distances.push_back(static_cast<float>(neighbor.squared_distance));
-    }
-    return static_cast<int>(nearest.size());
+    indices.assign(1, static_cast<pcl::index_t>(before));
+    squared_distances.assign(1, static_cast<float>(nearest.front().squared_distance));
+    return 1;
   }
 
  private:

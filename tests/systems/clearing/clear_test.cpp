@@ -202,8 +202,7 @@ TEST(SharedSamples, IsTheShareOfThoseThatEitherHas) {
 }
 
 TEST(TriedObjects, AnObjectIsPassedOverForGoodAfterItsTries) {
-  const ClearingOptions options{.tries_per_object = 2};
-  TriedObjects tried(options);
+  TriedObjects tried(/*tries_per_object=*/2);
   EXPECT_TRUE(tried.TurnOf(Range(0, 100)));
   tried.Failed(Range(0, 100), At(0.0));
   EXPECT_EQ(tried.TriesAt(Range(0, 100)), 1);
@@ -216,8 +215,7 @@ TEST(TriedObjects, AnObjectIsPassedOverForGoodAfterItsTries) {
 }
 
 TEST(TriedObjects, WhatHasFailedComesAfterTheOthers) {
-  const ClearingOptions options;
-  TriedObjects tried(options);
+  TriedObjects tried(/*tries_per_object=*/3);
   tried.Failed(Range(0, 100), At(0.0));
   EXPECT_EQ(tried.TurnOf(Range(0, 100)), 1);
   EXPECT_EQ(tried.TurnOf(Range(200, 100)), 0);
@@ -226,8 +224,7 @@ TEST(TriedObjects, WhatHasFailedComesAfterTheOthers) {
 }
 
 TEST(TriedObjects, WhatHasNoGraspIsPassedOverUntilTheSceneChanges) {
-  const ClearingOptions options;
-  TriedObjects tried(options);
+  TriedObjects tried(/*tries_per_object=*/3);
   tried.PassOver(Range(0, 100), Passed::kNoGrasp);
   tried.PassOver(Range(200, 100), Passed::kNoPath);
   EXPECT_EQ(tried.StateOf(Range(0, 100)), Passed::kNoGrasp);
@@ -238,16 +235,14 @@ TEST(TriedObjects, WhatHasNoGraspIsPassedOverUntilTheSceneChanges) {
 }
 
 TEST(TriedObjects, WhatIsSeenInThePlaceOfATakenObjectIsNew) {
-  const ClearingOptions options{.tries_per_object = 1};
-  TriedObjects tried(options);
+  TriedObjects tried(/*tries_per_object=*/1);
   tried.Failed(Range(0, 100), At(0.0));
   tried.Taken(Range(0, 100));
   EXPECT_TRUE(tried.TurnOf(Range(0, 100)));
 }
 
 TEST(TriedObjects, GraspsLikeOneThatHasFailedComeLast) {
-  const ClearingOptions options;
-  TriedObjects tried(options);
+  TriedObjects tried(/*tries_per_object=*/3);
   tried.Failed(Range(0, 100), At(0.0));
   grasp::Detection detection;
   detection.objects.resize(1);
@@ -267,5 +262,4 @@ TEST(TriedObjects, GraspsLikeOneThatHasFailedComeLast) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::clearing

@@ -55,8 +55,4 @@ inline geometry::Points OnTube(const Tube& tube, double sigma, std::size_t n, ba
   return points;
 }
 
-inline void Append(const geometry::Points& more, geometry::Points& points) {
-  points.insert(points.end(), more.begin(), more.end());
-}
-
 }  // namespace rangegrasp::pcl_bridge::samples

@@ -115,9 +115,9 @@ TEST_P(SeededConvexity, TouchingBoxesComeApartAtTheirConcaveEdges) {
 TEST(Convexity, IsSeenFromTheCloudsOrigin) {
   base::Rng rng(1);
   auto points = samples::OnSquare({0, 0, 1}, Eigen::Vector3d::UnitZ(), 0.05, 0.0001, 8000, rng);
-  samples::Append(
-      samples::OnSquare({0.05, 0, 1.05}, Eigen::Vector3d::UnitX(), 0.05, 0.0001, 8000, rng),
-      points);
+  const auto wall =
+      samples::OnSquare({0.05, 0, 1.05}, Eigen::Vector3d::UnitX(), 0.05, 0.0001, 8000, rng);
+  points.insert(points.end(), wall.begin(), wall.end());
   const LocalConvexityOptions options{.voxel_m = 0.004, .seed_m = 0.012};
   EXPECT_GE(CountOf(SegmentByLocalConvexity(points, {-1.0, 0.0, 2.0}, options)), 2);
   EXPECT_EQ(CountOf(SegmentByLocalConvexity(points, {1.0, 0.0, 0.0}, options)), 1);

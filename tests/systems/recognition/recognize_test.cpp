@@ -22,16 +22,13 @@ using Eigen::Vector3d;
 using geometry::TriangleMesh;
 
 /// Meshes centered at the origin.
-TriangleMesh Prism() { return synthetic::Extrude(synthetic::Regular(3, 0.035), 0.16); }
-
 std::vector<KnownObject> Objects() {
-  std::vector<KnownObject> objects;
-  objects.push_back(MakeKnownObject("box", "Box", synthetic::BoxMesh(0.09, 0.06, 0.135)));
-  objects.push_back(MakeKnownObject("small_box", "Small", synthetic::BoxMesh(0.075, 0.045, 0.12)));
-  objects.push_back(MakeKnownObject("can", "Can", synthetic::CylinderMesh(0.035, 0.115)));
-  objects.push_back(MakeKnownObject("mug", "Mug", synthetic::MugMesh()));
-  objects.push_back(MakeKnownObject("prism", "Prism", Prism()));
-  return objects;
+  return {
+      MakeKnownObject("box", "Box", synthetic::BoxMesh(0.09, 0.06, 0.135)),
+      MakeKnownObject("small_box", "Small", synthetic::BoxMesh(0.075, 0.045, 0.12)),
+      MakeKnownObject("can", "Can", synthetic::CylinderMesh(0.035, 0.115)),
+      MakeKnownObject("mug", "Mug", synthetic::MugMesh()),
+      MakeKnownObject("prism", "Prism", synthetic::Extrude(synthetic::Regular(3, 0.035), 0.16))};
 }
 
 const Library& Shelf() {
@@ -282,9 +279,7 @@ TEST(Recognize, AHalfCylinderOnItsFaceIsFoundAtEachTurn) {
     const double a = -0.5 * base::kPi + base::kPi * i / 32.0;
     profile.emplace_back(0.04 * std::cos(a), 0.04 * std::sin(a));
   }
-  std::vector<KnownObject> objects;
-  objects.push_back(MakeKnownObject("half", "Half", synthetic::Extrude(profile, 0.17)));
-  const Library library(std::move(objects));
+  const Library library({MakeKnownObject("half", "Half", synthetic::Extrude(profile, 0.17))});
   const base::Pose onto_face(Eigen::AngleAxisd(-0.5 * base::kPi, Vector3d::UnitY()));
   for (int k = 0; k < 12; ++k) {
     const base::Pose X_WB = synthetic::Standing(base::kPi * k / 12, {-0.07, 0.01, 0.0}) * onto_face;
@@ -317,21 +312,15 @@ void Paint(Looked& looked, const std::function<geometry::Rgb(const Vector3d&)>& 
 // object that looks like neither is neither.
 TEST(Recognize, ColorsTellTwinsApart) {
   const TriangleMesh mesh = synthetic::BoxMesh(0.09, 0.06, 0.135);
-  std::vector<KnownObject> twins;
-  twins.push_back(MakeKnownObject("red", "Red", mesh, Plain(mesh, kRed)));
-  twins.push_back(MakeKnownObject("blue", "Blue", mesh, Plain(mesh, kBlue)));
-  const Library library(std::move(twins));
+  const Library library({MakeKnownObject("red", "Red", mesh, Plain(mesh, kRed)),
+                         MakeKnownObject("blue", "Blue", mesh, Plain(mesh, kBlue))});
   const base::Pose X_WB = synthetic::Standing(0.4, {0.0, 0.0, 0.0675});
   const auto names = [&](const std::optional<geometry::Rgb>& color, double weight) {
     auto looked = LookAt({geometry::Transformed(mesh, X_WB)}, 1);
     if (color) Paint(looked, [&](const Vector3d& p) { return p.z() > 0.002 ? *color : kWhite; });
     RecognitionOptions options;
     options.color_weight = weight;
-    std::vector<std::string> all;
-    for (const auto& one : Recognize(looked.observation, looked.scene, library, options)) {
-      all.push_back(one.object);
-    }
-    return all;
+    return NamesOf(Recognize(looked.observation, looked.scene, library, options));
   };
   EXPECT_THAT(names(kRed, 0.5), testing::ElementsAre("red"));
   EXPECT_THAT(names(kBlue, 0.5), testing::ElementsAre("blue"));
@@ -358,9 +347,7 @@ TEST(Recognize, ThePrintSettlesATurn) {
   };
   for (const char* name : {"mug", "can"}) {
     const TriangleMesh& mesh = Shelf().Find(name).mesh_B;
-    std::vector<KnownObject> one;
-    one.push_back(MakeKnownObject(name, name, mesh, striped(mesh)));
-    const Library library(std::move(one));
+    const Library library({MakeKnownObject(name, name, mesh, striped(mesh))});
     const bool mug = std::string(name) == "mug";
     for (const double turn : {2.8, 3.3}) {
       const base::Pose X_WB = synthetic::Standing(turn, {0.0, 0.0, mug ? 0.0 : 0.0575});
@@ -427,9 +414,7 @@ TEST(Recognize, AnUnknownObjectHasItsNearestKnownOneAndAReason) {
 }
 
 TEST(Recognize, AnEmptyLibraryKnowsNothing) {
-  const auto box = geometry::Transformed(Shelf().Find("box").mesh_B,
-                                         synthetic::Standing(0.3, {0.0, 0.0, 0.0675}));
-  EXPECT_TRUE(Find(LookAt({box}, 1), Library({})).empty());
+  EXPECT_TRUE(Find(LookAt({BoxAside()}, 1), Library({})).empty());
 }
 
 }  // namespace

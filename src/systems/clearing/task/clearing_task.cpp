@@ -14,7 +14,6 @@
 #include "base/words.h"
 #include "experiment/experiment.h"
 #include "experiment/statistics.h"
-#include "sim/world.h"
 #include "trial/options.h"
 #include "trial/recorder.h"
 #include "trial/registry.h"
@@ -191,7 +190,8 @@ Grid GraspGrid(const std::vector<Category>& categories) {
 }
 
 // Reads the keys that it does not share with grasping.
-void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
+ClearingOptions ReadClearingKeys(base::YamlMap& map) {
+  ClearingOptions o;
   map.Read("runs", o.runs, 1, 100000, "number of arrangements to clear");
   auto keys = map.Child("clearing", "rules from one grasp to the next");
   keys.Read("tries_per_object", o.tries_per_object, 1, 20,
@@ -199,6 +199,7 @@ void ReadClearingKeys(base::YamlMap& map, ClearingOptions& o) {
   keys.Read("max_grasps", o.max_grasps, 0, 10000,
             "maximum number of grasps of a run; 0: tries_per_object for each object");
   keys.Finish();
+  return o;
 }
 
 // Each case is an arrangement. Its group is the arrangement's word.
@@ -283,8 +284,7 @@ std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Com
         "views",
         "cannot be used here: clearing takes one scan per grasp, with the experiment's sensor");
   }
-  ClearingOptions options;
-  ReadClearingKeys(map, options);
+  const ClearingOptions options = ReadClearingKeys(map);
   trial::Options grasping = trial::ReadOptions(map, common.seed);
   if (!trial::ModelsPass(map, grasping, common)) return nullptr;
   trial::FindDetector(grasping.detector)->check(map, grasping, common.case_limit_s);
@@ -354,11 +354,7 @@ void RegisterClearing() {
        .uses_seed = true,
        .success = clearing::kCleared,
        .read = clearing::Read,
-       .read_keys =
-           [](base::YamlMap& map) {
-             clearing::ClearingOptions options;
-             clearing::ReadClearingKeys(map, options);
-           },
+       .read_keys = [](base::YamlMap& map) { clearing::ReadClearingKeys(map); },
        .report = clearing::ReportOf});
 }
 

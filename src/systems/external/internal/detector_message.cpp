@@ -18,6 +18,9 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
+// Names of the files in the detector's folder.
+constexpr const char* kCloudFile = "obs.pcd";
+constexpr const char* kHandFile = "hand.stl";
 // Limits for an answer. A valid answer is nested 5 deep (grasps, one, its rotation, a row).
 constexpr int kMaxDepth = 8;
 constexpr std::size_t kMaxObjects = 1000;

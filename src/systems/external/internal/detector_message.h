@@ -11,10 +11,6 @@
 /// (docs/bring-your-own-detector.md).
 namespace rangegrasp::external::internal {
 
-/// Names of the files in the detector's folder.
-constexpr const char* kCloudFile = "obs.pcd";
-constexpr const char* kHandFile = "hand.stl";
-
 /// Writes the files that the question refers to: the cloud, the open hand, and the pictures of each
 /// view whose sensor takes pictures.
 /// @return the question's line, without a newline

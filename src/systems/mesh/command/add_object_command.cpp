@@ -65,14 +65,6 @@ objects::MeshObjectOptions OptionsOf(const Arguments& a, const sim::Surface& sur
   return options;
 }
 
-objects::ObjectLook LookOf(const Arguments& a, const std::string& name,
-                           const sim::Surface& surface) {
-  objects::ObjectLook look{name, a.title.empty() ? name : a.title, surface, {}};
-  // The engine would blame the mesh, and a temporary file, for a damaged texture.
-  if (!a.texture.empty()) look.texture_png = image::ReadPngOfAnyKind(a.texture);
-  return look;
-}
-
 // Outcomes of trials of the object alone on the shipped table with the improved method, as in table
 // 5.2.
 std::vector<std::string> LiftTest(const fs::path& objects, const std::string& name, int trials) {
@@ -164,7 +156,9 @@ Found Add(const Arguments& a) {
   // The surfaces for the object's final folder.
   const auto surfaces = sim::SurfacesFor(found.folder / (name + ".xml"));
   const sim::Surface& surface = sim::FindSurface(surfaces, a.surface);
-  found.look = LookOf(a, name, surface);
+  found.look = {name, a.title.empty() ? name : a.title, surface, {}};
+  // The engine would blame the mesh, and a temporary file, for a damaged texture.
+  if (!a.texture.empty()) found.look.texture_png = image::ReadPngOfAnyKind(a.texture);
   {
     StepLine line(a.mesh);
     line.Begin("repair, then cutting into convex hulls");

@@ -133,9 +133,9 @@ class Run {
   // An unknown object may be the wanted one: check this before it is put aside.
   std::optional<std::size_t> FindDoubtful() {
     perception::Scene unknown = known_.scene;
-    for (std::size_t i = known_.found.size(); i-- > 0;) {
-      if (!known_.found[i]) continue;
-      unknown.objects.erase(unknown.objects.begin() + static_cast<std::ptrdiff_t>(i));
+    unknown.objects.clear();
+    for (std::size_t i = 0; i < known_.found.size(); ++i) {
+      if (!known_.found[i]) unknown.objects.push_back(known_.scene.objects[i]);
     }
     base::Stopwatch watch;
     const auto found = recognition::Recognize(sensed_.observation, unknown, setup_.library,

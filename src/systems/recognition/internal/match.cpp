@@ -148,11 +148,8 @@ std::vector<base::Pose> LyingPoses(const PreparedObject& object, const Segment& 
 
 /// Poses that pairs of the segment's points vote for, most votes first.
 std::vector<Posed> VotedPoses(const PreparedObject& object, const Segment& segment) {
-  constexpr std::size_t kPeaks = 2;
   std::vector<Posed> voted;
-  for (const PointPairs& reference : segment.references) {
-    object.pairs.Vote(reference, kPeaks, voted);
-  }
+  for (const PointPairs& reference : segment.references) object.pairs.Vote(reference, voted);
   return Best(std::move(voted), object.object.symmetry, kSameGuess);
 }
 

@@ -224,7 +224,8 @@ PairTable::PairTable(const geometry::PointCloud& surface_B)
   }
 }
 
-void PairTable::Vote(const PointPairs& scene, std::size_t peaks, std::vector<Posed>& voted) const {
+void PairTable::Vote(const PointPairs& scene, std::vector<Posed>& voted) const {
+  constexpr int kPeaks = 2;
   thread_local Eigen::ArrayXXf votes;  // of each turn (rows) about each of the model's points
   votes.setZero(kPairTurns, static_cast<Eigen::Index>(points_B_.size()));
   for (const PointPairs::Pair& seen : scene.pairs) {
@@ -238,7 +239,7 @@ void PairTable::Vote(const PointPairs& scene, std::size_t peaks, std::vector<Pos
     }
   }
   Eigen::ArrayXf most = votes.colwise().maxCoeff();
-  for (std::size_t peak = 0; peak < peaks; ++peak) {
+  for (int peak = 0; peak < kPeaks; ++peak) {
     Eigen::Index at = 0;
     if (most.size() == 0 || !(most.maxCoeff(&at) > 0.0f)) return;
     Eigen::Index slot = 0;

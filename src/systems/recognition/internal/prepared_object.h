@@ -48,8 +48,8 @@ class PairTable {
  public:
   explicit PairTable(const geometry::PointCloud& surface_B);
 
-  /// Appends the poses with most votes of a scene's point, at most `peaks`.
-  void Vote(const PointPairs& scene, std::size_t peaks, std::vector<Posed>& voted) const;
+  /// Appends the poses with most votes of a scene's point, at most two.
+  void Vote(const PointPairs& scene, std::vector<Posed>& voted) const;
 
  private:
   struct Pair {

@@ -137,10 +137,10 @@ Refinement Refine(const geometry::Observation& earlier, const geometry::View& vi
   const Surface before(EverySoMany(target, 3 * options.max_points), options.normal_radius_m);
   const Eigen::Vector3d about = view.X_CV.translation();
   Vector6 prior;  // diagonal of the inverse covariance of the error
-  prior.head<3>().setConstant(3.0 / (options.error.shift_m * options.error.shift_m));
-  prior.tail<3>().setConstant(3.0 / (options.error.turn_rad * options.error.turn_rad));
+  prior.head<3>().setConstant(3.0 / (options.shift_error_m * options.shift_error_m));
+  prior.tail<3>().setConstant(3.0 / (options.turn_error_rad * options.turn_error_rad));
   Vector6 twist = Vector6::Zero();
-  double sigma_m = options.error.shift_m;
+  double sigma_m = options.shift_error_m;
   for (int i = 0; i < options.max_iterations; ++i) {
     Pairs pairs = PairsOf(after, PoseOf(twist, about), before, about, sigma_m, options);
     if (pairs.across_m.size() < kMinPoints) return result;

@@ -10,15 +10,11 @@ namespace rangegrasp::views {
 /// Moves a view as a rigid body: its points, their viewpoints, and its pose.
 geometry::View Moved(geometry::View view, const base::Pose& X_by);
 
-/// Error of a view's pose relative to the earlier views: root mean square distance and angle, about
-/// the sensor's position.
-struct PoseError {
-  double shift_m = 0.002;
-  double turn_rad = 0.004;
-};
-
 struct RefineOptions {
-  PoseError error;
+  /// Error of the view's pose relative to the earlier views: root mean square distance and angle,
+  /// about the sensor's position.
+  double shift_error_m = 0.002;
+  double turn_error_rad = 0.004;
   /// Maximum distance of a point from its nearest one, along the normal and along the surface.
   /// Points further off belong to another surface, or to a silhouette that was not seen before.
   double max_across_m = 0.010;

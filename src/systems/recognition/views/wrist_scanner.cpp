@@ -195,10 +195,10 @@ Refinement WristScanner::Add(trial::Sensed look, trial::Sensed& to) const {
     return std::sqrt(sum);
   };
   RefineOptions refine;
-  refine.error.shift_m =
+  refine.shift_error_m =
       rms({mount_error_m_, scanner.calibration_sigma_m, fixed.calibration_sigma_m,
            fixed.calibration_sigma_rad * kFixedDistance_m});
-  refine.error.turn_rad =
+  refine.turn_error_rad =
       rms({mount_error_rad_, scanner.calibration_sigma_rad, fixed.calibration_sigma_rad});
   geometry::View& view = look.observation.views.front();
   const Refinement refinement = Refine(to.observation, view, box_W, refine);

@@ -22,7 +22,6 @@
 #include "report/command/report_commands.h"
 #include "trial/grasping_task.h"
 #include "trial/judge.h"
-#include "trial/table.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::cli {
@@ -327,8 +326,7 @@ void Export(const ExportArguments& arguments) {
                         folder.string(), task));
       }
       if (own) {
-        throw base::InputError(out.string() +
-                               ": is the folder of the run; choose another folder with --out");
+        throw base::InputError(out.string() + ": is the folder of the run; " + kOtherFolder);
       }
       // Before anything is written, because it may be refused.
       e = ReopenExperiment(stamp, folder.string(), arguments.run_detector);

@@ -4,7 +4,6 @@
 
 #include "base/stopwatch.h"
 #include "base/words.h"
-#include "grasp/detector.h"
 #include "pcl_bridge/pcl_segmentation.h"
 #include "perception/perceive.h"
 #include "perception/preprocess.h"

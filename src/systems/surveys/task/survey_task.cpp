@@ -41,7 +41,9 @@ constexpr const char* kMeasure = "measure";
 constexpr const char* kMeasured = "measured";  ///< the outcome
 constexpr const char* kTrialsPerObject = "trials_per_object";
 
-void ReadMeasure(base::YamlMap& map, Quantity& quantity, std::filesystem::path& clouds) {
+std::pair<Quantity, std::filesystem::path> ReadMeasure(base::YamlMap& map) {
+  Quantity quantity{};
+  std::filesystem::path clouds;
   map.Read(kMeasure, quantity,
            "separation of touching objects, detection of rotational objects, or reconstruction by "
            "a stereo camera");
@@ -49,6 +51,7 @@ void ReadMeasure(base::YamlMap& map, Quantity& quantity, std::filesystem::path& 
                "separation: folder of recorded PCD clouds in the camera's frame (z forwards), "
                "metres, with a field `label` (0 nothing measured, 1 to 9 table, objects from 20), "
                "instead of simulated scenes");
+  return {quantity, clouds};
 }
 
 /// A case is the scan of a trial; the arm does not move.
@@ -148,9 +151,7 @@ class CloudSurvey : public experiment::Task {
 };
 
 std::unique_ptr<experiment::Task> Read(base::YamlMap& map, const experiment::Common& common) {
-  Quantity quantity{};
-  std::filesystem::path clouds;
-  ReadMeasure(map, quantity, clouds);
+  const auto [quantity, clouds] = ReadMeasure(map);
   map.Require(kMeasure);
   if (!clouds.empty()) {
     if (quantity != Quantity::kSeparation) map.Fail("clouds", "only for `measure: separation`");
@@ -207,12 +208,7 @@ void RegisterSurveys() {
        .uses_seed = true,
        .success = {},
        .read = surveys::Read,
-       .read_keys =
-           [](base::YamlMap& map) {
-             surveys::Quantity quantity{};
-             std::filesystem::path clouds;
-             surveys::ReadMeasure(map, quantity, clouds);
-           },
+       .read_keys = [](base::YamlMap& map) { surveys::ReadMeasure(map); },
        .report = surveys::ReportOf});
 }
 

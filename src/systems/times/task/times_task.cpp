@@ -89,7 +89,8 @@ constexpr int kMinPoints = 100;
 constexpr int kMaxPoints = 10'000'000;
 
 // Reads the keys except those that it shares with grasping.
-void ReadTimesKeys(base::YamlMap& map, Options& o) {
+Options ReadTimesKeys(base::YamlMap& map) {
+  Options o;
   map.Read("timed", o.timed,
            "the stages of table 5.1, or the segmentations of figures 5.8 and 5.9");
   map.Read("scenes", o.scenes, 1, 10000,
@@ -101,15 +102,15 @@ void ReadTimesKeys(base::YamlMap& map, Options& o) {
   map.Read("repeats", o.repeats, 1, 1000, "number of repeated measurements; the median is used");
   map.Read("methods", o.methods, "methods whose stages are timed");
   map.Read("segmentations", o.segmentations, "segmentations to time");
+  return o;
 }
 
 // Reads all keys, to the end of the map. @throws base::InputError also for an invalid reference.
 Options ReadOptions(base::YamlMap& map, std::uint64_t seed) {
-  Options options;
   if (map.Has("trials_per_object")) {
     map.Fail("trials_per_object", "use `scenes` in `task: times`");
   }
-  ReadTimesKeys(map, options);
+  Options options = ReadTimesKeys(map);
   options.grasping = trial::ReadOptions(map, seed);
   if (options.grasping.take != grasp::kAnywhere) {
     map.Fail("grasp", "take: only for `task: grasping`");
@@ -310,11 +311,7 @@ void RegisterTimes() {
        .uses_seed = true,
        .success = {},
        .read = times::Read,
-       .read_keys =
-           [](base::YamlMap& map) {
-             times::Options options;
-             times::ReadTimesKeys(map, options);
-           },
+       .read_keys = [](base::YamlMap& map) { times::ReadTimesKeys(map); },
        .report = times::ReportOf});
 }
 

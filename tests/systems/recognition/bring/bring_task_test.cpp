@@ -5,7 +5,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/error.h"
 #include "error_of.h"
 #include "experiment/experiment.h"
 #include "trial/trial.h"
@@ -68,14 +67,6 @@ TEST(BringTask, TheTargetOfItsSceneIsTheWantedObject) {
   ASSERT_TRUE(absent);
   EXPECT_TRUE(absent->world.parked(present->target));
   EXPECT_FALSE(absent->world.parked(absent->target));
-}
-
-TEST(BringTask, AMisspeltUseIsNamedWithTheUses) {
-  const auto error = testing_support::ErrorOf([] {
-    Open({"arrangement=single", "objects=[coffee_cup]", "bring.use=drnik"});
-  });
-  EXPECT_THAT(error,
-              testing::StartsWith("--set bring.use: key 'use': 'drnik' must be one of drink"));
 }
 
 // The noise of a scan is larger than 0.17 of a tolerance of 0.5 mm.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "geometry/box_scan.h"
+#include "perception/raster_scan.h"
 
 namespace rangegrasp::bring {
 namespace {
@@ -83,21 +84,9 @@ TEST(PutKnown, WhatWasNotPerceivedAtAllIsAddedLast) {
   EXPECT_TRUE(known.found[1]);
 }
 
-/// A closed box centered at the origin.
-geometry::TriangleMesh BoxMesh(const Vector3d& size_m) {
-  geometry::TriangleMesh mesh;
-  for (int i = 0; i < 8; ++i) {
-    const Vector3d sign(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5);
-    mesh.vertices.push_back(sign.cwiseProduct(size_m));
-  }
-  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  return mesh;
-}
-
 recognition::Library Shelf() {
   return recognition::Library(
-      {recognition::MakeKnownObject("box", "Box", BoxMesh({0.08, 0.10, 0.12}))});
+      {recognition::MakeKnownObject("box", "Box", synthetic::BoxMesh(0.08, 0.10, 0.12))});
 }
 
 // Views of the box in the middle, from one side or from all four.

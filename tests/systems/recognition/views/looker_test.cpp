@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/statistics.h"
@@ -48,29 +49,22 @@ TEST(Looker, TheArmGoesThereAndAddsAView) {
 TEST(Looker, SeesOfTheCupWhatTheFirstViewDidNot) {
   const auto& truth = Twice().sensed.truth;
   const auto& views = Twice().sensed.observation.views;
-  int behind[2] = {0, 0};
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  int count = 0;
+  geometry::Points cup, of_view[2];
   for (std::size_t v = 0; v < 2; ++v) {
     for (std::size_t i = 0; i < truth[v].label.size(); ++i) {
       const Eigen::Vector3d& p = views[v].image.points_C[i];
-      if (truth[v].label[i] != 1 || !p.allFinite()) continue;
-      middle += p;
-      ++count;
+      if (truth[v].label[i] == 1 && p.allFinite()) of_view[v].push_back(p);
     }
+    cup.insert(cup.end(), of_view[v].begin(), of_view[v].end());
   }
-  ASSERT_GT(count, 1000);
-  middle /= count;
+  ASSERT_GT(cup.size(), 1000u);
+  const Eigen::Vector3d middle = geometry::Centroid(cup);
   // For the fixed scanner, points on the cup's far side are behind its middle.
   const Eigen::Vector2d away = (middle - views[0].X_CV.translation()).head<2>().normalized();
-  for (std::size_t v = 0; v < 2; ++v) {
-    for (std::size_t i = 0; i < truth[v].label.size(); ++i) {
-      const Eigen::Vector3d& p = views[v].image.points_C[i];
-      if (truth[v].label[i] != 1 || !p.allFinite()) continue;
-      behind[v] += (p - middle).head<2>().dot(away) > 0.02 && p.z() < 0.07 ? 1 : 0;
-    }
-  }
-  EXPECT_GT(behind[1], behind[0]);
+  const auto behind = [&](const Eigen::Vector3d& p) {
+    return (p - middle).head<2>().dot(away) > 0.02 && p.z() < 0.07;
+  };
+  EXPECT_GT(std::ranges::count_if(of_view[1], behind), std::ranges::count_if(of_view[0], behind));
 }
 
 // Noise, arm and mount: a sample's range is the true one except for the noise along its ray.
@@ -87,24 +81,19 @@ TEST(Looker, ItsRangesAreTrueButForTheNoise) {
   EXPECT_LT(base::MedianOf(errors_m), 0.0005);  // 0.2 mm at 0.4 m, more at greater distances
 }
 
-/// The options of the cup's experiment with the given hand-eye calibration.
-Options WithHandEye(const Cell& cell, const base::Pose& X_HS, const std::filesystem::path& file) {
-  sensing::WriteHandEye({X_HS, 0.0002, 0.0005}, file);
-  Options options = cell.options;
-  Of<views::WristViewOptions>(options, views::kWristViews).hand_eye = file;
-  return options;
-}
-
 TEST(Looker, BelievesACalibrationInPlaceOfADraw) {
   const auto experiment =
       experiment::OpenExperiment(RANGEGRASP_SOURCE_DIR "/experiments/views_single.yaml", {});
   const Cell& cell = CellOf(*experiment.task);
   const testing_support::TempFolder folder;
+  const auto file = folder / "hand_eye.yaml";
+  Options options = cell.options;
+  Of<views::WristViewOptions>(options, views::kWristViews).hand_eye = file;
   const base::Pose& X_HS = *cell.robot.X_HWristScanner;
   Arrangement arranged = *ArrangeTrial(cell, {"coffee_cup", 0, 11});
   const base::Pose X_WS = arranged.world.SitePose("wrist_scanner");
   const auto stands = [&](const base::Pose& X_HSBelieved, std::uint64_t seed) {
-    const Options options = WithHandEye(cell, X_HSBelieved, folder / "hand_eye.yaml");
+    sensing::WriteHandEye({X_HSBelieved, 0.0002, 0.0005}, file);
     return views::WristScanner(options, cell.robot, seed)
         .Scan(arranged.world)
         .observation.views.front()

@@ -4,6 +4,7 @@
 
 #include "base/units.h"
 #include "geometry/box_scan.h"
+#include "geometry/random_points.h"
 
 namespace rangegrasp::views {
 namespace {
@@ -51,15 +52,13 @@ TEST_P(SeededMerge, FindsAGivenOffsetOfAViewOfABox) {
   earlier.views.push_back(ScanBox(X_first, kBox, kSigma_m, rng));
   const geometry::View view = ScanBox(X_second, kBox, kSigma_m, rng);
   const auto draw = [&rng](double sigma) {
-    const double x = rng.Normal();
-    const double y = rng.Normal();
-    const double z = rng.Normal();
-    return Vector3d(Vector3d(x, y, z) * sigma / std::sqrt(3.0));
+    return Vector3d(geometry::samples::RandomVector(rng) * sigma / std::sqrt(3.0));
   };
   RefineOptions options;
-  options.error = {0.002, base::Deg(0.4)};
-  const Vector3d shift = draw(options.error.shift_m);
-  const Vector3d turn = draw(options.error.turn_rad);
+  options.shift_error_m = 0.002;
+  options.turn_error_rad = base::Deg(0.4);
+  const Vector3d shift = draw(options.shift_error_m);
+  const Vector3d turn = draw(options.turn_error_rad);
   const base::Pose X_off = Offset(X_second, shift, turn);
   const Refinement found = Refine(earlier, Moved(view, X_off), kRegion, options);
   ASSERT_TRUE(found.refined);
@@ -94,7 +93,8 @@ TEST(Merge, GoesNoFurtherThanTheErrorAllows) {
   geometry::Observation earlier;
   earlier.views.push_back(ScanBox(LookFrom({0.45, 0.25, 0.35}, kMiddle), kBox, kSigma_m, rng));
   RefineOptions strict;
-  strict.error = {0.0002, base::Deg(0.02)};
+  strict.shift_error_m = 0.0002;
+  strict.turn_error_rad = base::Deg(0.02);
   base::Pose X_off = base::Pose::Identity();
   X_off.translation() = Vector3d(0.004, 0.0, 0.003);
   const auto view = Moved(ScanBox(X_second, kBox, kSigma_m, rng), X_off);

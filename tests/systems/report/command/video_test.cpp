@@ -129,15 +129,12 @@ TEST_F(VideoTest, WithoutFfmpegThePackageIsNamed) {
 }
 
 TEST_F(VideoTest, ShowsOneTrial) {
-  const Ran ran = Film({"dextrose-0000", "salt_cuboid-0000"}, (folder_ / "film.mp4").string());
-  EXPECT_EQ(ran.code, 2);
-  EXPECT_THAT(ran.err, HasSubstr("give one id"));
+  testing_support::ExpectRefusal(
+      Film({"dextrose-0000", "salt_cuboid-0000"}, (folder_ / "film.mp4").string()), "give one id");
 }
 
 TEST_F(VideoTest, AFileOfAnotherEndingIsRefusedBeforeAnythingIsRun) {
-  const Ran ran = Film({"dextrose-0000"}, (folder_ / "film.gif").string());
-  EXPECT_EQ(ran.code, 2);
-  EXPECT_THAT(ran.err, HasSubstr(".mp4"));
+  testing_support::ExpectRefusal(Film({"dextrose-0000"}, (folder_ / "film.gif").string()), ".mp4");
 }
 
 }  // namespace

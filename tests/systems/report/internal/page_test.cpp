@@ -97,7 +97,6 @@ TEST(ChooseViews, OfManyThatFailedItTakesAHundredFromEndToEnd) {
   const auto chosen = ChooseViews(records, "delivered", ViewChoice::kSome);
   ASSERT_EQ(chosen.size(), 100u);
   for (std::size_t i = 0; i < 100; ++i) EXPECT_EQ(chosen[i] / 50, i);
-  EXPECT_EQ(ChooseViews(records, "delivered", ViewChoice::kAll).size(), 5000u);
 }
 
 TEST(Fitting, KeepsAsManyAsFitFromEndToEnd) {

@@ -75,5 +75,4 @@ TEST(SegmentationsReport, TakesTheMedianOfTheSeeds) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::times

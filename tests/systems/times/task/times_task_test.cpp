@@ -55,5 +55,4 @@ TEST(TimesTask, APublishedNumberOfPointsThatDoesNotFitIsNamed) {
 }
 
 }  // namespace
-
 }  // namespace rangegrasp::times
