@@ -12,15 +12,15 @@ namespace rangegrasp::recognition::internal {
 
 /// A perceived object, prepared for comparison with known objects.
 struct Segment {
-  geometry::PointCloud cloud_C;  ///< with normals
-  geometry::Points source_C;     ///< fewer points, for registration
-  SampleRays rays;               ///< all rays around it
-  SampleRays rough;              ///< fewer of them: tens,
-  SampleRays coarse;             ///< hundreds,
-  SampleRays few;
-  SampleRays fine;                           ///< and thousands
-  std::vector<PointPairs> references;        ///< of its points that vote for poses
-  bool colored = false;                      ///< some rays have tones
+  geometry::PointCloud cloud_C;        ///< with normals
+  geometry::Points source_C;           ///< fewer points, for registration
+  SampleRays rays;                     ///< all rays around it; the following are fewer of them:
+  SampleRays rough;                    ///< tens
+  SampleRays coarse;                   ///< hundreds
+  SampleRays few;                      ///< more hundreds
+  SampleRays fine;                     ///< thousands
+  std::vector<PointPairs> references;  ///< of its points that vote for poses
+  bool colored = false;                ///< some rays have tones
   base::Pose X_TC = base::Pose::Identity();  ///< table frame: z up, origin on it
   geometry::Points eyes_C;  ///< positions of the views that saw much of it; at least one
 };
