@@ -69,7 +69,6 @@ class NearestSet {
   double worstDist() const { return worst_; }
   bool addPoint(double squared_distance, std::uint32_t index) {
     const KdTree::Neighbor candidate{index, squared_distance};
-    if (!(squared_distance < worst_)) return true;
     if (!full()) {
       out_.push_back(candidate);
     } else if (!Before(candidate, out_.back())) {

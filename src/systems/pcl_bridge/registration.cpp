@@ -19,11 +19,12 @@ namespace rangegrasp::pcl_bridge {
 using PclOriented = pcl::PointCloud<pcl::PointNormal>;
 
 struct PlaneTarget::Data {
-  explicit Data(const geometry::Points& surface) : points(surface), tree(points) {}
+  Data(const geometry::Points& surface, PclOriented::Ptr with_normals)
+      : points(surface), tree(points), oriented(std::move(with_normals)) {}
 
   geometry::Points points;
   geometry::KdTree tree;
-  PclOriented::Ptr oriented{new PclOriented};
+  PclOriented::Ptr oriented;
 };
 
 namespace {
@@ -87,16 +88,16 @@ class NearestPoint : public pcl::search::KdTree<pcl::PointNormal> {
 PlaneTarget::PlaneTarget(const geometry::PointCloud& surface) {
   Demand(surface.size() >= 3 && surface.normals.size() == surface.size(),
          "PlaneTarget: needs 3 points or more, and a normal for each");
-  auto data = std::make_shared<Data>(surface.points);
+  const PclOriented::Ptr oriented(new PclOriented);
   for (std::size_t i = 0; i < surface.size(); ++i) {
     Demand(surface.points[i].allFinite() && surface.normals[i].allFinite(),
            "PlaneTarget: points and normals must be finite");
     pcl::PointNormal p;
     p.getVector3fMap() = surface.points[i].cast<float>();
     p.getNormalVector3fMap() = surface.normals[i].cast<float>();
-    data->oriented->push_back(p);
+    oriented->push_back(p);
   }
-  data_ = std::move(data);
+  data_ = std::make_shared<Data>(surface.points, oriented);
 }
 
 Eigen::Isometry3d RegisterPointToPlane(geometry::PointSpan source, const PlaneTarget& target,

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/units.h"
+#include "error_of.h"
 #include "geometry/synthetic.h"
 #include "noisy_surfaces.h"
 #include "pcl_bridge/pcl_segmentation.h"
@@ -157,6 +158,14 @@ TEST(Registration, CloudsOutOfReachStayWhereTheyWere) {
   const Eigen::Isometry3d far = Eigen::Translation3d(5, 0, 0) * pair.X_TS;
   const auto found = RegisterPointToPlane(pair.source_S, Target(pair.target_T, pair.sensor_T), far);
   EXPECT_LT((found.matrix() - far.matrix()).norm(), 1e-9);
+}
+
+TEST(Registration, ATargetWithAPointThatIsNotFiniteIsRefused) {
+  geometry::PointCloud surface{geometry::Points(3, Eigen::Vector3d::UnitZ()),
+                               geometry::Points(3, Eigen::Vector3d::UnitZ())};
+  surface.points[1].x() = std::nan("");
+  EXPECT_EQ(testing_support::ErrorOf<std::invalid_argument>([&] { PlaneTarget target(surface); }),
+            "PlaneTarget: points and normals must be finite");
 }
 
 TEST(Registration, TooFewPointsAreRefused) {

@@ -32,8 +32,10 @@ constexpr PoseDifference kSame{0.004, 0.05};
 constexpr PoseDifference kSameCoarse{0.015, 0.25};
 /// Registration begins with pairs up to the error of a guess, for which every third point suffices,
 /// and ends with pairs up to the error of the scanner.
-constexpr pcl_bridge::RegistrationOptions kFar{0.025, 10, 3e-4, 3e-3};
-constexpr pcl_bridge::RegistrationOptions kNearby{0.008, 15, 5e-5, 5e-4};
+constexpr pcl_bridge::RegistrationOptions kFar{
+    .max_pair_distance_m = 0.025, .max_iterations = 10, .min_step_m = 3e-4, .min_step_rad = 3e-3};
+constexpr pcl_bridge::RegistrationOptions kNearby{
+    .max_pair_distance_m = 0.008, .max_iterations = 15, .min_step_m = 5e-5, .min_step_rad = 5e-4};
 /// Guesses that are this close after the first registration end in the same pose.
 constexpr PoseDifference kMeet{0.002, 0.02};
 /// Guesses whose coarse score is this far below the best one's then are given up.
@@ -77,6 +79,12 @@ bool AreNear(const base::Pose& a, const base::Pose& b, const Symmetry& symmetry,
   return off.distance_m < near.distance_m && off.angle_rad < near.angle_rad;
 }
 
+/// Sorts them, best first, and keeps `count` at most.
+void KeepBest(std::size_t count, std::vector<Posed>& posed) {
+  std::ranges::stable_sort(posed, std::greater{}, &Posed::score);
+  if (posed.size() > count) posed.resize(count);
+}
+
 /// The poses, best first, without those near to a better one; `count` at most.
 std::vector<Posed> Best(std::vector<Posed> posed, const Symmetry& symmetry,
                         const PoseDifference& same, std::size_t count = SIZE_MAX) {
@@ -91,9 +99,9 @@ std::vector<Posed> Best(std::vector<Posed> posed, const Symmetry& symmetry,
   return best;
 }
 
-/// Those that lie and the others, each without those near to a better one; `count` at most of each,
-/// best first in all. A lying pose is kept even if pairs voted for a better one nearby: it is
-/// registered together with its contact points, while the other may roll or slide away.
+/// The poses, best first, without those near to a better one of their kind, lying or not; `count`
+/// at most. A lying pose is kept even if pairs voted for a better one nearby: it is registered
+/// together with its contact points, while the other may roll or slide away.
 std::vector<Posed> BestOfBoth(std::vector<Posed> posed, const Symmetry& symmetry,
                               const PoseDifference& same, std::size_t count = SIZE_MAX) {
   const auto others = std::ranges::stable_partition(
@@ -101,7 +109,7 @@ std::vector<Posed> BestOfBoth(std::vector<Posed> posed, const Symmetry& symmetry
   auto best = Best({posed.begin(), others.begin()}, symmetry, same, count);
   std::ranges::copy(Best({others.begin(), posed.end()}, symmetry, same, count),
                     std::back_inserter(best));
-  std::ranges::stable_sort(best, std::greater{}, &Posed::score);
+  KeepBest(count, best);
   return best;
 }
 
@@ -274,15 +282,13 @@ Match::Match(const PreparedObject& object, const Segment& segment,
     : object_(&object), segment_(&segment), options_(&options) {
   std::vector<Posed> guesses;
   for (const auto& X_CB : LyingPoses(object, segment)) {
-    guesses.push_back({X_CB, Rough(segment.rough, X_CB), X_CB});
+    guesses.push_back({X_CB, CoarseScore(segment.rough, X_CB), X_CB});
   }
-  const Symmetry& symmetry = object.object.symmetry;
-  guesses = Best(std::move(guesses), symmetry, {0.0, 0.0}, kRoughPoses);
+  KeepBest(kRoughPoses, guesses);
   std::ranges::copy(VotedPoses(object, segment), std::back_inserter(guesses));
-  for (Posed& one : guesses) one.score = Rough(segment.coarse, one.X_CB);
+  for (Posed& one : guesses) one.score = CoarseScore(segment.coarse, one.X_CB);
   const auto count = static_cast<std::size_t>(options.registered);
-  posed_ = BestOfBoth(std::move(guesses), symmetry, kSameCoarse, count);
-  if (posed_.size() > count) posed_.resize(count);
+  posed_ = BestOfBoth(std::move(guesses), object.object.symmetry, kSameCoarse, count);
 }
 
 std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
@@ -292,7 +298,7 @@ std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
   };
   for (Posed& one : posed) {
     one.X_CB = RegisteredPose(*object_, one.X_CB, Every(3, source_of(one)), kFar);
-    one.score = Rough(segment_->coarse, one.X_CB);
+    one.score = CoarseScore(segment_->coarse, one.X_CB);
   }
   posed = BestOfBoth(std::move(posed), object_->object.symmetry, kMeet);
   const double least = posed.empty() ? 0.0 : posed.front().score - kBehind;
@@ -308,10 +314,10 @@ std::vector<Posed> Match::Registered(std::vector<Posed> posed) const {
 
 void Match::AddTurned() {
   const Posed& front = posed_.front();
-  const double least = Rough(segment_->coarse, front.X_CB) - options_->hopeless;
+  const double least = CoarseScore(segment_->coarse, front.X_CB) - options_->hopeless;
   std::vector<Posed> turned;
   for (const base::Pose& X_CB : Turned(*object_, front.X_CB)) {
-    Posed one{X_CB, Rough(segment_->coarse, X_CB)};
+    Posed one{X_CB, CoarseScore(segment_->coarse, X_CB)};
     if (front.lying_CB) one.lying_CB = X_CB;
     if (one.score >= least) turned.push_back(one);
   }
@@ -420,7 +426,7 @@ Evidence Match::WeighAbove(double max_sunk_m, const base::Pose& X_CB, const Samp
 }
 
 /// Without colors, since prints are displaced in a pose of this accuracy.
-double Match::Rough(const SampleRays& rays, const base::Pose& X_CB) const {
+double Match::CoarseScore(const SampleRays& rays, const base::Pose& X_CB) const {
   const double tolerance_m = options_->coarse_tolerance_m;
   return WeighAbove(tolerance_m, X_CB, rays, tolerance_m).ShapeScore(*options_);
 }

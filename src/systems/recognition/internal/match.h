@@ -69,7 +69,7 @@ class Match {
   void Aim();
   base::Pose Aimed(const base::Pose& X_CB) const;
   Posed Refined(Posed posed) const;
-  double Rough(const SampleRays& rays, const base::Pose& X_CB) const;
+  double CoarseScore(const SampleRays& rays, const base::Pose& X_CB) const;
   double FewScore(const base::Pose& X_CB) const;
   Evidence Fine(const base::Pose& X_CB, double tolerance_share = 1.0) const;
   // No evidence for poses that are deeper than this in the table.
