@@ -70,6 +70,10 @@ bool OverWorkspace(const robot::Robot& robot, const Eigen::Vector3d& p_W, double
          (robot.X_WWorkspace.inverse() * p_W).z() > 0.0;
 }
 
+// The target is the topmost object if it is higher than all others by this: below it, the scanner,
+// whose calibration may be off by millimetres, cannot tell which is the highest.
+constexpr double kTopmost_m = 0.005;
+
 // touching: minimum number of objects that the target touches.
 constexpr int kMinTouching = 2;
 
@@ -77,7 +81,7 @@ constexpr int kMinTouching = 2;
 std::optional<Redraw> WrongAmongOthers(const Options& options, const robot::Robot& robot,
                                        const sensing::LineScannerOptions& scanner,
                                        const sim::World& world) {
-  if (world.ObjectTop(0) <= OthersTop(world)) return Redraw::kNotHighest;
+  if (world.ObjectTop(0) < OthersTop(world) + kTopmost_m) return Redraw::kNotHighest;
   const int min_touching = options.arranger == kTouching ? kMinTouching : 1;
   if (Touching(world) < min_touching) return Redraw::kTouchesFew;
   // A box stays where it stands, even if the arm does not reach all of it.
