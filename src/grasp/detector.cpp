@@ -61,6 +61,10 @@ void AddClusters(double link_m, Scene& scene) {
   std::ranges::stable_sort(scene.objects, std::ranges::greater(), &PerceivedObject::height_m);
 }
 
+/// The learned score chooses among this many times more candidates than the rules. Tuning seeds 103
+/// and 104, 360 trials in boxes and piles: 11 more delivered, 4 fewer.
+constexpr int kLearnedBreadth = 3;
+
 /// The dissertation's detector, or the baseline.
 class OwnDetector : public Detector {
  public:
@@ -130,7 +134,11 @@ class OwnDetector : public Detector {
       CheckProposals(scene, 0, hand, options_.grasp, measured_C, grasps);
       return grasps;
     }
-    if (!selector_) return PlanGrasps(scene, 0, hand, Arm(robot_), options_.grasp, measured_C);
+    if (!selector_) {
+      GraspOptions grasp = options_.grasp;
+      if (score_) grasp.choosing.breadth = kLearnedBreadth;
+      return PlanGrasps(scene, 0, hand, Arm(robot_), grasp, measured_C);
+    }
     auto selected = selector_->plan(scene, 0, hand, options_.grasp, measured_C);
     detected.why_none = std::move(selected.why_none);
     return std::move(selected.grasps);
