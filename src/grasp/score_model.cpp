@@ -122,4 +122,16 @@ void ScoreModel::Rank(const geometry::Observation& observation, const perception
   });
 }
 
+std::vector<Grasp> ScoreModel::Plan(const geometry::Observation& observation,
+                                    const perception::Scene& scene, std::size_t object,
+                                    const robot::HandModel& hand, const Arm& arm,
+                                    GraspOptions options,
+                                    std::span<const geometry::TriangleMesh> obstacles_C) const {
+  // Tuning seeds 103 and 104, 360 trials in boxes and piles: 11 more delivered, 4 fewer.
+  options.choosing.breadth = 3;
+  auto grasps = PlanGrasps(scene, object, hand, arm, options, obstacles_C);
+  Rank(observation, scene, object, hand, grasps);
+  return grasps;
+}
+
 }  // namespace rangegrasp::grasp

@@ -32,6 +32,14 @@ class ScoreModel {
   void Rank(const geometry::Observation& observation, const perception::Scene& scene,
             std::size_t object, const robot::HandModel& hand, std::vector<Grasp>& grasps) const;
 
+  /// Plans an object's grasps, more of them than the rules choose among, and ranks them.
+  /// @param options  their breadth is set here
+  /// @param obstacles_C  as PlanGrasps takes them
+  std::vector<Grasp> Plan(const geometry::Observation& observation, const perception::Scene& scene,
+                          std::size_t object, const robot::HandModel& hand, const Arm& arm,
+                          GraspOptions options,
+                          std::span<const geometry::TriangleMesh> obstacles_C) const;
+
  private:
   struct Node {
     std::size_t feature = 0;            ///< position in FeatureNames()

@@ -229,5 +229,21 @@ TEST(ScoreModelRank, PutsFreeGraspsFirstAndTheMostProbableFirst) {
   EXPECT_NEAR(*grasps[2].probability, 1.0 / (1.0 + std::exp(-1.0)), 1e-12);
 }
 
+TEST(ScoreModelPlan, ChoosesAmongMoreGraspsThanTheRules) {
+  testing_support::TempFolder files;
+  const ScoreModel model(files.Write(
+      "m.json",
+      R"({"features": ["width"], "base": 0.0, "trees": [[[0, 0.045, 1, 2], [1.0], [-1.0]]]})"));
+  const Boxes boxes{BoxAt(0.0, 0.0, kBox)};
+  const auto observation = LookAt(boxes);
+  const auto scene = SceneOf(observation, boxes);
+  const Arm arm(Vector3d(-0.6, 0.0, 0.0));
+  const auto planned = model.Plan(observation, scene, 0, Hand(), arm, {}, {});
+  EXPECT_GT(planned.size(), PlanGrasps(scene, 0, Hand(), arm, {}).size());
+  EXPECT_TRUE(std::ranges::is_sorted(planned, std::ranges::greater(), [](const Grasp& grasp) {
+    return std::pair(!grasp.collides, *grasp.probability);
+  }));
+}
+
 }  // namespace
 }  // namespace rangegrasp::grasp

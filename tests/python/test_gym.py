@@ -60,8 +60,9 @@ def test_it_vectorises_over_processes():
 
 
 def test_a_number_without_a_proposal_is_no_grasp():
-    env = gymnasium.make("rangegrasp/Single-v0", target="salt_cylinder")
-    env.reset(seed=42)
+    env = gymnasium.make("rangegrasp/Single-v0", target="sweets_half_cylinder")
+    _, info = env.reset(seed=43)
+    assert 0 < info["proposals"] < 64
     _, reward, terminated, _, info = env.step(63)
     assert reward == 0.0 and terminated and info["outcome"] == "no_grasp"
 

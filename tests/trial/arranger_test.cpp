@@ -242,10 +242,10 @@ TEST(Scattered, NeedsEnoughOtherObjects) {
   EXPECT_THROW(OpenScattered({"clutter.max_others=6"}), base::InputError);
 }
 
-// As drawn they are 135, 65, 95 and 90 mm high.
+// As drawn they are 135, 65, 95 and 60 mm high.
 experiment::Experiment OpenAsDrawn(const std::string& arrangement) {
   return Open("single", {"arrangement=" + arrangement, "as_drawn=true",
-                         "objects=[dextrose, spread, coffee_cup, melba_toast]",
+                         "objects=[dextrose, spread, coffee_cup, black_cube]",
                          "clutter.min_others=2", "clutter.max_others=3"});
 }
 
