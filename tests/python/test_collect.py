@@ -1,5 +1,6 @@
 """A data set does not depend on how it was made."""
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -23,13 +24,19 @@ def same(a, b):
 
 
 SMALL = dict(experiment="touching", scenes=4, grasps=3, seed=4711, scenes_per_shard=2)
+TWO = {**SMALL, "scenes": 2}
 
 
-def test_jobs_and_stops_do_not_change_it(tmp_path):
+@pytest.fixture(scope="module")
+def two(tmp_path_factory):
+    """The folder of the first two of these scenes; not to be changed."""
+    return rg.collect(tmp_path_factory.mktemp("two") / "d", jobs=1, **TWO)
+
+
+def test_jobs_and_stops_do_not_change_it(tmp_path, two):
     whole = arrays_of(rg.collect(tmp_path / "two", jobs=2, **SMALL))
-    part = rg.collect(tmp_path / "one", jobs=1, **{**SMALL, "scenes": 2})
-    first = arrays_of(part)["shard-00000.npz"]
-    again = arrays_of(rg.collect(part, jobs=1, **SMALL))
+    first = arrays_of(two)["shard-00000.npz"]
+    again = arrays_of(rg.collect(shutil.copytree(two, tmp_path / "one"), jobs=1, **SMALL))
     same(whole, again)
     assert np.array_equal(first["X_WG"], again["shard-00000.npz"]["X_WG"])
     shard = whole["shard-00001.npz"]
@@ -45,12 +52,11 @@ def test_progress_counts_the_scenes_of_all_processes(tmp_path, capsys, monkeypat
     assert capsys.readouterr().err.splitlines()[-1] == "progress: 2/2 scenes, 0 s left"
 
 
-def test_more_scenes_fill_the_last_shard(tmp_path):
-    two = {**SMALL, "scenes": 2}
+def test_more_scenes_fill_the_last_shard(tmp_path, two):
     rg.collect(tmp_path / "d", jobs=1, **{**SMALL, "scenes": 1})
-    again = arrays_of(rg.collect(tmp_path / "d", jobs=1, **two))
+    again = arrays_of(rg.collect(tmp_path / "d", jobs=1, **TWO))
     assert len(again["shard-00000.npz"]["target"]) == 2
-    same(again, arrays_of(rg.collect(tmp_path / "at_once", jobs=1, **two)))
+    same(again, arrays_of(two))
     with pytest.raises(rg.InputError, match="has 2 scenes"):
         rg.collect(tmp_path / "d", jobs=1, **{**SMALL, "scenes": 1})
 
@@ -63,9 +69,8 @@ def test_a_damaged_card_is_named(tmp_path, card, words):
         rg.collect(tmp_path, jobs=1, **SMALL)
 
 
-def test_the_card_describes_every_array(tmp_path):
-    folder = rg.collect(tmp_path / "d", jobs=1, **{**SMALL, "scenes": 1, "scenes_per_shard": 1})
-    card = json.loads((folder / "card.json").read_text())
-    assert set(card["fields"]) == set(arrays_of(folder)["shard-00000.npz"])
+def test_the_card_describes_every_array(two):
+    card = json.loads((two / "card.json").read_text())
+    assert set(card["fields"]) == set(arrays_of(two)["shard-00000.npz"])
     with pytest.raises(rg.InputError, match="seed is 4711"):
-        rg.collect(folder, jobs=1, **{**SMALL, "seed": 5, "scenes_per_shard": 1})
+        rg.collect(two, jobs=1, **{**TWO, "seed": 5})

@@ -1,5 +1,7 @@
 """A function as a detector is scored like any other, whatever it does."""
 import os
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -25,31 +27,42 @@ def without_times(results):
     return [{key: value for key, value in row.items() if key != "seconds"} for row in results.rows]
 
 
-def test_the_built_in_method_gives_the_program_s_records(tmp_path):
+@pytest.fixture(scope="module")
+def own():
+    """Of the built-in method."""
+    return rg.evaluate(None, "single", jobs=2, **FEW)
+
+
+@pytest.fixture(scope="module")
+def of_function(tmp_path_factory):
+    """Of the same method as a function."""
+    return rg.evaluate(built_in, "single", jobs=2, out=tmp_path_factory.mktemp("of_function") / "r", **FEW)
+
+
+def test_the_built_in_method_gives_the_program_s_records(tmp_path, own):
     subprocess.run([sys.executable, "-m", "rangegrasp", "run", "laser_single", "--trials", "1", "--objects",
                     "coffee_cup,salt_cuboid,dextrose", "--seed", str(SEED), "--out", tmp_path / "cli"], check=True, capture_output=True)
     expected = without_times(rg.load(tmp_path / "cli"))
-    for jobs in (1, 2):
-        assert without_times(rg.evaluate(None, "single", jobs=jobs, **FEW)) == expected
+    for results in (own, rg.evaluate(None, "single", jobs=1, **FEW)):
+        assert without_times(results) == expected
 
 
-def test_a_function_delivers_and_does_not_depend_on_the_number_of_jobs():
+def test_a_function_delivers_and_does_not_depend_on_the_number_of_jobs(of_function):
     one = rg.evaluate(built_in, "single", jobs=1, **FEW)
-    assert without_times(one) == without_times(rg.evaluate(built_in, "single", jobs=2, **FEW))
+    assert without_times(one) == without_times(of_function)
     assert [row["outcome"] for row in one.rows].count("delivered") >= 2
     assert "Coffee" in one.table() and one.table("csv").count("\n") > 3
 
 
-def test_a_batch_in_this_process_answers_the_same():
+def test_a_batch_in_this_process_answers_the_same(of_function):
     process, sizes = os.getpid(), []
 
     def batch(scans):
         assert os.getpid() == process
         sizes.append(len(scans))
         return [built_in(scan) for scan in scans]
-    forked = rg.evaluate(built_in, "single", jobs=2, **FEW)
     batched = rg.evaluate(batch, "single", jobs=2, batch=2, **FEW)
-    same = [{key: row[key] for key in ("id", "outcome", "detail")} for row in forked.rows]
+    same = [{key: row[key] for key in ("id", "outcome", "detail")} for row in of_function.rows]
     assert same == [{key: row[key] for key in ("id", "outcome", "detail")} for row in batched.rows]
     assert sum(sizes) == 3 and max(sizes) <= 2
 
@@ -90,7 +103,7 @@ def fail(scan):
     raise KeyError("no such weight")
 
 
-@pytest.mark.parametrize(("detect", "outcome", "words"), [
+WRONG = [
     (fail, "detector_failed", "no such weight"),
     (lambda scan: [rg.Grasp(np.full((4, 4), np.nan), 0.05)], "detector_failed", "NaN"),
     (lambda scan: [rg.Grasp(np.eye(3), 0.05)], "detector_failed", "4 x 4|shape"),
@@ -103,15 +116,20 @@ def fail(scan):
     (lambda scan: os._exit(3), "crashed", "code 3"),
     (lambda scan: os.kill(os.getpid(), signal.SIGSEGV), "crashed", "Segmentation"),
     (lambda scan: [], "not_segmented", ""),
-])
-def test_what_a_function_does_wrong_fails_its_trial_alone(detect, outcome, words):
-    def sometimes(scan):
-        return detect(scan) if scan.seed % 2 else built_in(scan)
-    results = rg.evaluate(sometimes, "single", trials=2, objects=["salt_cuboid"], seed=SEED, time_limit=2.0, progress=False)
-    bad = [row for row in results.rows if row["outcome"] == outcome]
-    assert len(bad) == 1 and [row for row in results.rows if row["outcome"] == "delivered"]
-    import re
-    assert all(re.search(words, row["detail"]) for row in bad), bad[0]["detail"]
+]
+
+
+def test_what_a_function_does_wrong_fails_its_trial_alone(tmp_path):
+    detectors = [built_in, *(detect for detect, _, _ in WRONG), built_in]
+
+    def in_turn(scan):
+        asked = len(list(tmp_path.iterdir()))  # in this run, one after the other
+        (tmp_path / str(asked)).touch()
+        return detectors[asked](scan)
+    rows = rg.evaluate(in_turn, "single", trials=len(detectors), objects=["salt_cuboid"], seed=SEED, jobs=1, time_limit=2.0, progress=False).rows
+    for row, (_, outcome, words) in zip(rows[1:-1], WRONG, strict=True):
+        assert row["outcome"] == outcome and re.search(words, row["detail"]), (outcome, words, row["outcome"], row["detail"])
+    assert "delivered" in (rows[0]["outcome"], rows[-1]["outcome"])
 
 
 def test_what_hangs_beyond_python_is_killed_at_the_trial_s_limit(tmp_path):
@@ -126,28 +144,27 @@ def test_what_hangs_beyond_python_is_killed_at_the_trial_s_limit(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["asked"]
 
 
-def test_runs_are_compared_case_by_case():
-    first = rg.evaluate(None, "single", **FEW)
+def test_runs_are_compared_case_by_case(own):
     second = rg.evaluate(lambda scan: [], "single", **FEW)
-    compared = first.compare(second)
+    compared = own.compare(second)
     assert compared["pairs"] == 3 and compared["only_second"] == 0
-    assert compared["only_first"] == sum(row["outcome"] == "delivered" for row in first.rows)
+    assert compared["only_first"] == sum(row["outcome"] == "delivered" for row in own.rows)
     with pytest.raises(TypeError, match=r"other must be Results, e.g. rg.load\(folder\), not 'v2'"):
-        first.compare("v2")
+        own.compare("v2")
     with pytest.warns(UserWarning, match="different experiments"):
-        first.compare(rg.evaluate(lambda scan: [], "single", set=["name=other"], **FEW))
+        own.compare(rg.evaluate(lambda scan: [], "single", set=["name=other"], **FEW))
 
 
-def test_records_are_a_data_frame():
+def test_records_are_a_data_frame(own):
     pandas = pytest.importorskip("pandas")
-    records = rg.evaluate(None, "single", **FEW).records
+    records = own.records
     assert isinstance(records, pandas.DataFrame) and len(records) == 3
     assert (records.seed > 0).all()
     assert {"id", "outcome", "data.log.lift_height_m", "seconds.trial"} <= {*records.columns}
 
 
-def test_results_are_kept_resumed_and_not_mixed(tmp_path):
-    rg.evaluate(built_in, "single", out=tmp_path / "r", **FEW)
+def test_results_are_kept_resumed_and_not_mixed(tmp_path, of_function):
+    shutil.copytree(of_function.folder, tmp_path / "r")
     with pytest.raises(rg.InputError, match="resume=True continues them, overwrite=True deletes them, out=... writes elsewhere") as refusal:
         rg.evaluate(built_in, "single", out=tmp_path / "r", **FEW)
     assert "--" not in str(refusal.value)
@@ -182,7 +199,7 @@ def test_ctrl_c_leaves_a_store_to_resume_and_no_process(tmp_path, monkeypatch):
     (tmp_path / "asked").mkdir()
     import patient
     code = ("import rangegrasp as rg, patient, sys\n"
-            f"rg.evaluate(patient.detect, 'single', seed={SEED}, trials=4, objects=['spread', 'dextrose'], jobs=2, out=sys.argv[1], progress=False, time_limit=600)\n")
+            f"rg.evaluate(patient.detect, 'single', seed={SEED}, trials=2, objects=['spread', 'dextrose'], jobs=2, out=sys.argv[1], progress=False, time_limit=600)\n")
     process = subprocess.Popen([sys.executable, "-c", code, tmp_path / "r"], stderr=subprocess.PIPE, text=True, start_new_session=True,
                                env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "ASKED": str(tmp_path / "asked")})
     deadline = time.monotonic() + 60
@@ -200,7 +217,7 @@ def test_ctrl_c_leaves_a_store_to_resume_and_no_process(tmp_path, monkeypatch):
         os.killpg(process.pid, 0)
     kept = len(rg.load(tmp_path / "r").rows)
     assert kept == 2
-    whole = dict(seed=SEED, trials=4, objects=["spread", "dextrose"], jobs=2, progress=False, time_limit=600)
+    whole = dict(seed=SEED, trials=2, objects=["spread", "dextrose"], jobs=2, progress=False, time_limit=600)
     done = rg.evaluate(patient.detect, "single", out=tmp_path / "r", resume=True, **whole)
     assert without_times(done) == without_times(rg.evaluate(patient.detect, "single", out=tmp_path / "anew", **whole))
     assert "delivered" in [row["outcome"] for row in done.rows]
