@@ -127,7 +127,8 @@ std::vector<Grasp> ScoreModel::Plan(const geometry::Observation& observation,
                                     const robot::HandModel& hand, const Arm& arm,
                                     GraspOptions options,
                                     std::span<const geometry::TriangleMesh> obstacles_C) const {
-  // Tuning seeds 103 and 104, 360 trials in boxes and piles: 11 more delivered, 4 fewer.
+  // Of 360 trials in boxes and piles 11 more were delivered and 4 fewer, of 360 touching objects 5
+  // more and 8 fewer (tuning seeds 101, 103, 104).
   options.choosing.breadth = 3;
   auto grasps = PlanGrasps(scene, object, hand, arm, options, obstacles_C);
   Rank(observation, scene, object, hand, grasps);
