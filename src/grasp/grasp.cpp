@@ -43,14 +43,6 @@ Task MakeTask(const Scene& scene, std::size_t index, const HandModel& hand, cons
           internal::HandProfiles(hand)};
 }
 
-void Broaden(GraspOptions& options) {
-  ChoosingOptions& choosing = options.choosing;
-  for (int* bound : {&options.max_candidates, &choosing.max_checks, &choosing.max_crowded_checks,
-                     &choosing.power_per_group}) {
-    *bound *= choosing.breadth;
-  }
-}
-
 bool Enough(const std::vector<Grasp>& free, const ChoosingOptions& choosing) {
   return std::ranges::count_if(free, [&](const Grasp& grasp) {
            return grasp.score >= choosing.enough_score;
@@ -113,7 +105,6 @@ std::vector<Grasp> PlanGrasps(const Scene& scene, std::size_t object, const Hand
                               std::span<const geometry::TriangleMesh> obstacles_C) {
   GraspOptions options = given;
   options.pitches = options.pitches && !hand.level;  // a level hand is not pitched
-  Broaden(options);
   Task task = MakeTask(scene, object, hand, arm, options);
   if (task.samples.points.empty()) return {};
   HandCollider collider(hand, Others(scene, object, obstacles_C), SurfaceOf(task.object),

@@ -74,7 +74,6 @@ struct ChoosingOptions {
   int max_rim_checks = 60;  ///< fewer, as rim grasps are the alternative
   int power_per_group = 4;  ///< free grasps per closing direction, so that directions vary
   int rim_share = 6;        ///< one in this many returned candidates is a rim grasp, one a spare
-  int breadth = 1;          ///< multiplies the bounds on checks and on candidates
 };
 
 /// Cylindrical grasps around a rotation axis (section 5.2).

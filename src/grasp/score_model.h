@@ -33,7 +33,7 @@ class ScoreModel {
             std::size_t object, const robot::HandModel& hand, std::vector<Grasp>& grasps) const;
 
   /// Plans an object's grasps, more of them than the rules choose among, and ranks them.
-  /// @param options  their breadth is set here
+  /// @param options  for the rules; their bounds are widened here
   /// @param obstacles_C  as PlanGrasps takes them
   std::vector<Grasp> Plan(const geometry::Observation& observation, const perception::Scene& scene,
                           std::size_t object, const robot::HandModel& hand, const Arm& arm,

@@ -208,11 +208,16 @@ TEST(GraspFeatures, AMovedSceneHasTheSameFeatures) {
   }
 }
 
-TEST(ScoreModelRank, PutsFreeGraspsFirstAndTheMostProbableFirst) {
-  testing_support::TempFolder files;
-  const ScoreModel model(files.Write(
+// Grasps up to 45 mm wide have the logit 1, others -1.
+ScoreModel ModelForNarrowGrasps() {
+  const testing_support::TempFolder files;
+  return ScoreModel(files.Write(
       "m.json",
       R"({"features": ["width"], "base": 0.0, "trees": [[[0, 0.045, 1, 2], [1.0], [-1.0]]]})"));
+}
+
+TEST(ScoreModelRank, PutsFreeGraspsFirstAndTheMostProbableFirst) {
+  const ScoreModel model = ModelForNarrowGrasps();
   const Boxes boxes{BoxAt(0.0, 0.0, kBox)};
   const auto observation = LookAt(boxes);
   std::vector<Grasp> grasps;
@@ -230,10 +235,7 @@ TEST(ScoreModelRank, PutsFreeGraspsFirstAndTheMostProbableFirst) {
 }
 
 TEST(ScoreModelPlan, ChoosesAmongMoreGraspsThanTheRules) {
-  testing_support::TempFolder files;
-  const ScoreModel model(files.Write(
-      "m.json",
-      R"({"features": ["width"], "base": 0.0, "trees": [[[0, 0.045, 1, 2], [1.0], [-1.0]]]})"));
+  const ScoreModel model = ModelForNarrowGrasps();
   const Boxes boxes{BoxAt(0.0, 0.0, kBox)};
   const auto observation = LookAt(boxes);
   const auto scene = SceneOf(observation, boxes);
