@@ -266,20 +266,10 @@ void YamlMap::Fail(const std::string& key, const std::string& what) const {
   throw InputError(impl_->Where(key, impl_->MarkOf(key)) + "key '" + key + "': " + what);
 }
 
-void YamlMap::FailIn(const std::string& outer, const std::string& key,
-                     const std::string& what) const {
-  Inner(outer).Fail(key, what);
-}
-
 std::optional<std::string> YamlMap::PlaceOf(const std::string& key) const {
   if (!Has(key)) return std::nullopt;
   const std::string where = impl_->Where(key, impl_->MarkOf(key));
   return where.substr(0, where.rfind(": "));
-}
-
-std::optional<std::string> YamlMap::PlaceIn(const std::string& outer,
-                                            const std::string& key) const {
-  return Inner(outer).PlaceOf(key);
 }
 
 void YamlMap::Require(const std::string& key) {

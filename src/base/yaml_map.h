@@ -103,14 +103,10 @@ class YamlMap {
   void Finish() const;
   /// Throws an InputError for a key's value, with file and line.
   [[noreturn]] void Fail(const std::string& key, const std::string& what) const;
-  /// The same for a key of the mapping under `outer`.
-  [[noreturn]] void FailIn(const std::string& outer, const std::string& key,
-                           const std::string& what) const;
-
   /// Where a key is given, for a warning: "file:line", or "--set key"; nullopt if it is absent.
   std::optional<std::string> PlaceOf(const std::string& key) const;
-  /// The same for a key of the mapping under `outer`.
-  std::optional<std::string> PlaceIn(const std::string& outer, const std::string& key) const;
+  /// Like Child, for Fail and PlaceOf after the keys were read: records no key.
+  YamlMap Inner(const std::string& key) const;
 
   /// All keys of the document read so far, in that order.
   const std::vector<KeyDoc>& Keys() const;
@@ -118,7 +114,6 @@ class YamlMap {
  private:
   struct Impl;
   explicit YamlMap(std::unique_ptr<Impl> impl);
-  YamlMap Inner(const std::string& key) const;
   void ReadWord(const std::string& key, std::size_t& position,
                 const std::vector<std::string>& words, const std::string& doc);
   void ReadWords(const std::string& key, std::vector<std::string>& values,

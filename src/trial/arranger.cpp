@@ -716,7 +716,7 @@ void CheckWalls(const base::YamlMap& map, const Options& options) {
   try {
     WorldOf(options, {});
   } catch (const base::InputError& error) {
-    map.FailIn("clutter", "box_wall_mm", error.what());
+    map.Inner("clutter").Fail("box_wall_mm", error.what());
   }
 }
 
@@ -749,8 +749,8 @@ void CheckArrangement(const base::YamlMap& map, const Options& options) {
   const auto lack = kind == kScattered ? LackOfScattered(options) : LackOfObjects(options);
   if (!lack.empty()) map.Fail("arrangement", lack);
   if (kind == kTouching && options.clutter.max_others < kMinTouching) {
-    map.FailIn(
-        "clutter", "max_others",
+    map.Inner("clutter").Fail(
+        "max_others",
         fmt::format("must be at least {}: the target must touch that many objects", kMinTouching));
   }
   if (kind == kBox && !WorldOf(options, {}).container()) {
@@ -764,7 +764,7 @@ void CheckArrangement(const base::YamlMap& map, const Options& options) {
 std::vector<base::Finding> IgnoredKeys(const base::YamlMap& map, const Options& options) {
   std::vector<base::Finding> ignored;
   for (const ClutterKey& key : ClutterKeys()) {
-    const auto place = map.PlaceIn("clutter", key.name);
+    const auto place = map.Inner("clutter").PlaceOf(key.name);
     const bool read = std::ranges::find(key.readers, options.arranger) != key.readers.end() ||
                       (key.counts_others && DrawsOthers(options));
     if (!place || read) continue;

@@ -335,7 +335,7 @@ void CheckObjects(const YamlMap& map, const Options& options) {
   for (const auto& [key, names] :
        {std::pair{"always", &clutter.always}, {"others", &clutter.others}}) {
     const auto missing_other = MissingObject(*names, options);
-    if (!missing_other.empty()) map.FailIn("clutter", key, missing_other);
+    if (!missing_other.empty()) map.Inner("clutter").Fail(key, missing_other);
   }
 }
 

@@ -218,10 +218,10 @@ TEST_F(YamlMapTest, TheirPlacesAreThoseOfTheFileOrOfTheCommandLine) {
   YamlMap map = Parse("a: 1\nouter:\n  inner: 2\n");
   map.Override("outer.set=3");
   EXPECT_EQ(map.PlaceOf("a"), file_.string() + ":1");
-  EXPECT_EQ(map.PlaceIn("outer", "inner"), file_.string() + ":3");
-  EXPECT_EQ(map.PlaceIn("outer", "set"), "--set outer.set");
-  EXPECT_EQ(map.PlaceIn("outer", "a"), std::nullopt);
-  EXPECT_EQ(map.PlaceIn("none", "a"), std::nullopt);
+  EXPECT_EQ(map.Inner("outer").PlaceOf("inner"), file_.string() + ":3");
+  EXPECT_EQ(map.Inner("outer").PlaceOf("set"), "--set outer.set");
+  EXPECT_EQ(map.Inner("outer").PlaceOf("a"), std::nullopt);
+  EXPECT_EQ(map.Inner("none").PlaceOf("a"), std::nullopt);
 }
 
 TEST_F(YamlMapTest, AWordOfFewNamesTheNearest) {
@@ -401,9 +401,9 @@ TEST_F(YamlMapTest, AnOverrideOfSeveralLinesIsRefused) {
 TEST_F(YamlMapTest, AKeyOfAnInnerMapIsNamedWithItsLineOrOverride) {
   const auto file = folder_.Write("o.yaml", "n: 1\nouter:\n  a: 1\n");
   const auto map = YamlMap::FromFile(file, {"outer.b=2"});
-  EXPECT_EQ(ErrorOf([&] { map.FailIn("outer", "a", "is wrong"); }),
+  EXPECT_EQ(ErrorOf([&] { map.Inner("outer").Fail("a", "is wrong"); }),
             file.string() + ":3: key 'a': is wrong");
-  EXPECT_EQ(ErrorOf([&] { map.FailIn("outer", "b", "is wrong"); }),
+  EXPECT_EQ(ErrorOf([&] { map.Inner("outer").Fail("b", "is wrong"); }),
             "--set outer.b: key 'b': is wrong");
 }
 

@@ -161,8 +161,8 @@ void CheckUse(const base::YamlMap& map, const std::string& use, const GraspsOf& 
   std::set<std::string> known;
   for (const auto& [object, named] : grasps) known.merge(grasp::UsesOf(named));
   if (known.contains(use)) return;
-  map.FailIn("bring", "use",
-             known.empty() ? "no grasps.yaml of the known objects has a grasp for a use (`for`)"
+  map.Inner("bring").Fail(
+      "use", known.empty() ? "no grasps.yaml of the known objects has a grasp for a use (`for`)"
                            : base::MustBeOneOf(use, {known.begin(), known.end()}) +
                                  " (the uses in the known objects' grasps.yaml)");
 }
