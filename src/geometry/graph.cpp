@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <map>
-#include <queue>
 #include <stdexcept>
 #include <tuple>
 
@@ -82,55 +81,37 @@ UnionFind ContractGreedily(std::size_t nodes, std::span<const SignedEdge> edges)
 
 Adjacency MakeAdjacency(std::span<const std::pair<std::uint32_t, std::uint32_t>> edges,
                         std::size_t nodes) {
+  std::vector<std::uint32_t> end(nodes + 1, 0);  // of each node's list; at first, its size
+  for (const auto& [a, b] : edges) ++end[a + 1];
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  std::vector<std::uint32_t> to(edges.size());
+  for (const auto& [a, b] : edges) to[end[a]++] = b;
   Adjacency adjacency;
-  adjacency.first.assign(nodes + 1, 0);
-  for (const auto& [a, b] : edges) ++adjacency.first[a + 1];
-  std::partial_sum(adjacency.first.begin(), adjacency.first.end(), adjacency.first.begin());
-  adjacency.to.resize(edges.size());
-  std::vector<std::uint32_t> at(adjacency.first.begin(), adjacency.first.end() - 1);
-  for (const auto& [a, b] : edges) adjacency.to[at[a]++] = b;
+  auto first = to.begin();
+  for (std::size_t a = 0; a < nodes; ++a) {
+    const auto last = to.begin() + end[a];
+    std::sort(first, last);
+    adjacency.to.insert(adjacency.to.end(), first, std::unique(first, last));
+    adjacency.first.push_back(static_cast<std::uint32_t>(adjacency.to.size()));
+    first = last;
+  }
   return adjacency;
 }
 
-Adjacency Unique(Adjacency adjacency) {
-  Adjacency unique;
-  unique.first.reserve(adjacency.first.size());
-  unique.to.reserve(adjacency.to.size());
-  for (std::uint32_t a = 0; a < adjacency.nodes(); ++a) {
-    const auto begin = adjacency.to.begin() + adjacency.first[a];
-    const auto end = adjacency.to.begin() + adjacency.first[a + 1];
-    std::sort(begin, end);
-    unique.to.insert(unique.to.end(), begin, std::unique(begin, end));
-    unique.first.push_back(static_cast<std::uint32_t>(unique.to.size()));
-  }
-  return unique;
-}
-
-void ShortestPaths::Lower(std::span<const std::uint32_t> sources, const LinkRows& links,
-                          std::span<double> distance) {
-  Lower(sources, distance, [&links](std::uint32_t v, double d, const auto& reach) {
+std::vector<double> DistancesFrom(std::span<const std::uint32_t> sources, const LinkRows& links) {
+  std::vector<double> distance(links.begin.size() - 1, kFar);
+  LowerDistances(sources, distance, [&links](std::uint32_t v, double d, const auto& reach) {
     for (std::uint32_t k = links.begin[v]; k < links.begin[v + 1]; ++k) {
       reach(links.neighbor[k], d + links.length[k]);
     }
   });
-}
-
-std::vector<double> DistancesFrom(std::span<const std::uint32_t> sources, const LinkRows& links) {
-  std::vector<double> distance(links.begin.size() - 1, ShortestPaths::kFar);
-  ShortestPaths().Lower(sources, links, distance);
   return distance;
 }
 
 std::uint32_t FarthestReached(std::span<const double> distance) {
-  std::uint32_t best = 0;
-  double far = -1.0;
-  for (std::uint32_t v = 0; v < distance.size(); ++v) {
-    if (distance[v] > far && distance[v] < ShortestPaths::kFar) {
-      far = distance[v];
-      best = v;
-    }
-  }
-  return best;
+  const auto reached = [](double d) { return d < kFar ? d : -1.0; };
+  const auto farthest = std::ranges::max_element(distance, {}, reached);
+  return static_cast<std::uint32_t>(farthest - distance.begin());
 }
 
 }  // namespace rangegrasp::geometry

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <queue>
 #include <span>
 #include <utility>
 #include <vector>
@@ -93,13 +94,10 @@ struct Adjacency {
   }
 };
 
-/// Each node's end nodes, in the order of the edges (from, to). O(n) without sorting all edges.
+/// Each node's end nodes by edges (from, to), ascending and unique. O(n) for few edges per node.
 /// @param nodes  number of nodes, greater than any node of an edge
 Adjacency MakeAdjacency(std::span<const std::pair<std::uint32_t, std::uint32_t>> edges,
                         std::size_t nodes);
-
-/// The same with each node's end nodes ascending and unique. O(n) for few edges per node.
-Adjacency Unique(Adjacency adjacency);
 
 /// Links in compressed sparse rows: those of node v are at [begin[v], begin[v + 1]).
 struct LinkRows {
@@ -108,68 +106,41 @@ struct LinkRows {
   std::span<const double> length;  ///< >= 0, parallel to neighbor
 };
 
-/// Dijkstra's algorithm (1959) from any number of sources; its heap memory is reused between calls.
-/// Rounding is monotone, so distances are bit-identical for any order of sources and links, and for
-/// sources in one call or in several. Stale entries stay in the heap: on meshes this is cheaper
-/// than a heap with positions. O((n + links) log links).
-class ShortestPaths {
- public:
-  static constexpr double kFar = std::numeric_limits<double>::infinity();
+/// The distance of a node that no path leads to.
+constexpr double kFar = std::numeric_limits<double>::infinity();
 
-  /// Lowers distance[v] to the distance from the nearest source wherever that is smaller. If all
-  /// are infinite before, the result is all distances. A source at distance 0 is skipped.
-  ///
-  /// @param expand  expand(v, d, reach) is called once for each node whose distance was lowered, in
-  ///                ascending order of (d, v), where d is its final distance. It calls reach(next,
-  ///                through) for each neighbor with the length of the path through v, >= d; reach
-  ///                returns whether it lowered next's distance (ties: no), e.g. to pass on a label.
-  /// @param max_distance  nodes farther than this keep the distance they were reached with and are
-  ///                      not expanded.
-  template <typename Expand>
-  void Lower(std::span<const std::uint32_t> sources, std::span<double> distance, Expand expand,
-             double max_distance = kFar) {
-    heap_.clear();
-    for (const std::uint32_t source : sources) Reach(source, 0.0, distance);
-    Run(distance, expand, max_distance);
-  }
-
-  /// The same for links in compressed rows.
-  void Lower(std::span<const std::uint32_t> sources, const LinkRows& links,
-             std::span<double> distance);
-
-  /// The same from one node at any distance, also below 0. Here `through` may be below d: if it is
-  /// always the same for the same node, nodes are visited best first, each once.
-  template <typename Expand>
-  void LowerFrom(std::uint32_t source, double start, std::span<double> distance, Expand expand) {
-    heap_.clear();
-    Reach(source, start, distance);
-    Run(distance, expand, kFar);
-  }
-
- private:
-  template <typename Expand>
-  void Run(std::span<double> distance, Expand& expand, double max_distance) {
-    while (!heap_.empty()) {
-      std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
-      const auto [d, v] = heap_.back();
-      heap_.pop_back();
-      if (d > max_distance) return;
-      if (d > distance[v]) continue;
-      expand(v, d,
-             [&](std::uint32_t next, double through) { return Reach(next, through, distance); });
-    }
-  }
-
-  bool Reach(std::uint32_t node, double through, std::span<double> distance) {
+/// Dijkstra's algorithm (1959) from any number of sources: lowers distance[v] to the distance from
+/// the nearest source wherever that is smaller. If all are infinite before, the result is all
+/// distances. A source at distance 0 is skipped. Rounding is monotone, so distances are
+/// bit-identical for any order of sources and links, and for sources in one call or in several.
+/// Stale entries stay in the heap: on meshes this is cheaper than a heap with positions.
+/// O((n + links) log links).
+/// @param expand  expand(v, d, reach) is called once for each node whose distance was lowered, in
+/// ascending order of (d, v), where d is its final distance. It calls reach(next, through) for each
+/// neighbor with the length of the path through v, >= d; reach returns whether it lowered next's
+/// distance (ties: no), e.g. to pass on a label. If `through` is instead a value >= 0 of next
+/// alone, the nodes are visited best first, each once.
+/// @param max_distance  nodes farther than this keep the distance they were reached with and are
+/// not expanded.
+template <typename Expand>
+void LowerDistances(std::span<const std::uint32_t> sources, std::span<double> distance,
+                    Expand expand, double max_distance = kFar) {
+  using Entry = std::pair<double, std::uint32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> heap;
+  const auto reach = [&](std::uint32_t node, double through) {
     if (through >= distance[node]) return false;
     distance[node] = through;
-    heap_.emplace_back(through, node);
-    std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+    heap.emplace(through, node);
     return true;
+  };
+  for (const std::uint32_t source : sources) reach(source, 0.0);
+  while (!heap.empty()) {
+    const auto [d, v] = heap.top();
+    heap.pop();
+    if (d > max_distance) return;
+    if (d == distance[v]) expand(v, d, reach);
   }
-
-  std::vector<std::pair<double, std::uint32_t>> heap_;
-};
+}
 
 /// Distances from the nearest source; infinite for nodes that no links lead to.
 std::vector<double> DistancesFrom(std::span<const std::uint32_t> sources, const LinkRows& links);

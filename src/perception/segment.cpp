@@ -210,7 +210,7 @@ Links FindLinks(const PointCloud& cloud, const ConvexityOptions& options) {
       --left;
     }
   }
-  return geometry::Unique(geometry::MakeAdjacency(pairs, cloud.size()));
+  return geometry::MakeAdjacency(pairs, cloud.size());
 }
 
 /// The border of two patches a < b.

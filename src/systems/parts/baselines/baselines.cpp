@@ -270,7 +270,7 @@ double ReachOf(const Shape& mesh, const std::vector<double>& distance, const Lab
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
     if (label[f] != side) continue;
     for (const std::uint32_t v : mesh.faces[f]) {
-      if (distance[v] < geometry::ShortestPaths::kFar) depth = std::max(depth, distance[v]);
+      if (distance[v] < geometry::kFar) depth = std::max(depth, distance[v]);
     }
   }
   return std::min(width, 0.5 * depth);

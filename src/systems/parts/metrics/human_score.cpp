@@ -85,7 +85,7 @@ double CutMeasure::SumOfDistances(const Indices& from, const Indices& to) const 
   std::vector<geometry::KdTree::Neighbor> nearest;
   double sum = 0.0;
   for (const std::uint32_t v : from) {
-    if (distance[v] < geometry::ShortestPaths::kFar) {
+    if (distance[v] < geometry::kFar) {
       sum += distance[v];
       continue;
     }

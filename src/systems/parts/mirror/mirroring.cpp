@@ -110,7 +110,7 @@ std::vector<double> MeshOffsets(const Shape& mesh, const Indices& points,
       edges.emplace_back(face[i], face[(i + 2) % 3]);
     }
   }
-  const auto joined = geometry::Unique(geometry::MakeAdjacency(edges, mesh.points.size()));
+  const auto joined = geometry::MakeAdjacency(edges, mesh.points.size());
   std::vector<double> offsets;
   for (const std::uint32_t i : points) {
     const Points around = geometry::Select(mesh.points, joined.Of(i));

@@ -158,7 +158,7 @@ VertexGraph GraphOfLinks(std::size_t vertices, std::vector<VertexLink> links) {
 void GrowSeeds(const FaceGraph& graph, const std::vector<double>& costs, const Indices& seeds,
                std::size_t first, NearestSeeds& nearest) {
   auto& [distance, seed] = nearest;
-  distance.resize(graph.begin.size() - 1, geometry::ShortestPaths::kFar);
+  distance.resize(graph.begin.size() - 1, geometry::kFar);
   seed.resize(distance.size(), -1);
   for (std::size_t s = first; s < seeds.size(); ++s) seed[seeds[s]] = static_cast<std::int32_t>(s);
   const auto expand = [&](std::uint32_t f, double d, const auto& reach) {
@@ -167,11 +167,11 @@ void GrowSeeds(const FaceGraph& graph, const std::vector<double>& costs, const I
       if (reach(next, d + costs[k])) nearest.seed[next] = nearest.seed[f];
     }
   };
-  geometry::ShortestPaths().Lower(std::span(seeds).subspan(first), distance, expand);
+  geometry::LowerDistances(std::span(seeds).subspan(first), distance, expand);
 }
 
 Indices MiddleFaces(const FaceFrames& frames, const Labels& group, const Points& center) {
-  std::vector<double> nearest(center.size(), geometry::ShortestPaths::kFar);
+  std::vector<double> nearest(center.size(), geometry::kFar);
   Indices face(center.size(), kNoNode);
   for (std::uint32_t f = 0; f < group.size(); ++f) {
     const double squared = (frames.center[f] - center[group[f]]).squaredNorm();

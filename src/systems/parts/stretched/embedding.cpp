@@ -16,8 +16,7 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::MatrixX3d;
 using Eigen::MatrixXd;
-
-constexpr double kFar = geometry::ShortestPaths::kFar;
+using geometry::kFar;
 
 std::uint32_t Opposite(const Face& face, const Edge& edge) {
   for (const std::uint32_t v : face) {
@@ -153,9 +152,7 @@ VertexGraph GeodesicGraph(const Shape& shape) {
 
 LandmarkDistances SpreadLandmarks(const VertexGraph& graph, int count) {
   const std::uint32_t n = graph.Size();
-  geometry::ShortestPaths paths;
-  std::vector<double> from(n, kFar);
-  paths.Lower({{0U}}, graph.Links(), from);
+  std::vector<double> from = geometry::DistancesFrom({{0U}}, graph.Links());
 
   LandmarkDistances result;
   const std::uint32_t wanted = std::min(n, static_cast<std::uint32_t>(count));
@@ -166,8 +163,7 @@ LandmarkDistances SpreadLandmarks(const VertexGraph& graph, int count) {
   while (result.landmark.size() < wanted) {
     const auto k = static_cast<std::uint32_t>(result.landmark.size());
     result.landmark.push_back(next);
-    from.assign(n, kFar);
-    paths.Lower({{next}}, graph.Links(), from);
+    from = geometry::DistancesFrom({{next}}, graph.Links());
     for (std::uint32_t i = 0; i < n; ++i) {
       result.distance(i, k) = from[i];
       if (from[i] < nearest[i]) {

@@ -15,7 +15,7 @@
 namespace rangegrasp::parts {
 namespace {
 
-using geometry::ShortestPaths;
+using geometry::kFar;
 using Cell = std::uint32_t;
 
 // ---- the best split ----
@@ -129,13 +129,13 @@ Sides BorderOf(const Cells& part, const Sides& off) {
 
 /// The cells within reach of a border on both of its sides, at most 64 on each.
 std::array<Indices, 2> Lookers(const Cells& part, const Sides& off, double reach) {
-  std::vector<double> distance(part.size(), ShortestPaths::kFar);
+  std::vector<double> distance(part.size(), kFar);
   const auto expand = [&](Cell c, double d, const auto& lower) {
     for (const Cell next : part.NeighborsOf(c)) {
       lower(next, d + (part.center[c] - part.center[next]).norm());
     }
   };
-  ShortestPaths().Lower(CellsOn(BorderOf(part, off)), distance, expand, reach);
+  geometry::LowerDistances(CellsOn(BorderOf(part, off)), distance, expand, reach);
   std::array<Indices, 2> sides;
   for (Cell c = 0; c < part.size(); ++c) {
     if (distance[c] <= reach) sides[off[c]].push_back(c);
@@ -198,7 +198,7 @@ Indices FarApart(const Points& points, std::size_t count) {
   Indices chosen;
   while (chosen.size() < std::min(count, points.size())) {
     const auto next = std::ranges::max_element(distance) - distance.begin();
-    if (chosen.empty()) std::ranges::fill(distance, ShortestPaths::kFar);
+    if (chosen.empty()) std::ranges::fill(distance, kFar);
     chosen.push_back(static_cast<std::uint32_t>(next));
     for (std::size_t i = 0; i < points.size(); ++i) {
       distance[i] = std::min(distance[i], (points[i] - points[next]).squaredNorm());
@@ -237,13 +237,13 @@ std::vector<double> MirrorDepths(const Points& points, const Eigen::Vector3d& ce
 
 /// All cells reachable from `start`, lowest depth (best seen) first.
 Indices GrowthOrder(const Cells& cells, const std::vector<double>& depth, std::uint32_t start) {
-  std::vector<double> reached(cells.size(), ShortestPaths::kFar);
+  std::vector<double> reached(cells.size(), kFar);
   Indices order;
   const auto expand = [&](std::uint32_t c, double, const auto& reach) {
     order.push_back(c);
     for (const Cell next : cells.NeighborsOf(c)) reach(next, depth[next]);
   };
-  ShortestPaths().LowerFrom(start, depth[start], reached, expand);
+  geometry::LowerDistances({{start}}, reached, expand);
   return order;
 }
 
@@ -318,19 +318,19 @@ void MoveBorder(const FaceGraph& faces, const FaceFrames& frames, const std::vec
   ForEachLink(faces, [&](std::uint32_t f, std::uint32_t g, std::uint32_t) {
     if (label[g] != label[f] && in_pair(f) && in_pair(g)) at_border.push_back(f);
   });
-  std::vector<double> distance(label.size(), ShortestPaths::kFar);
+  std::vector<double> distance(label.size(), kFar);
   const auto expand = [&](std::uint32_t f, double d, const auto& reach) {
     for (std::uint32_t k = faces.begin[f]; k < faces.begin[f + 1]; ++k) {
       const std::uint32_t g = faces.neighbor[k];
       if (in_pair(g)) reach(g, d + (frames.center[f] - frames.center[g]).norm());
     }
   };
-  ShortestPaths().Lower(at_border, distance, expand, width);
+  geometry::LowerDistances(at_border, distance, expand, width);
   std::uint32_t nodes = 2;
   Indices node(label.size(), kNoNode);
   std::set<std::int32_t> keep;
   for (std::uint32_t f = 0; f < label.size(); ++f) {
-    if (distance[f] == ShortestPaths::kFar) continue;
+    if (distance[f] == kFar) continue;
     node[f] = distance[f] <= width ? nodes++ : label[f] == pair.first ? kSource : kSink;
     if (node[f] <= kSink) keep.insert(label[f]);
   }

@@ -143,7 +143,7 @@ void HullSide::LinkFacets(const geometry::TriangleMesh& hull) {
   ForEachLink(triangles, [&](std::uint32_t t, std::uint32_t u, std::uint32_t) {
     if (facet[u] != facet[t]) links.emplace_back(facet[t], facet[u]);
   });
-  neighbors_ = geometry::Unique(geometry::MakeAdjacency(links, facets_.size()));
+  neighbors_ = geometry::MakeAdjacency(links, facets_.size());
 }
 
 bool HullSide::Contains(const Eigen::Vector3d& p, Hint& hint) const {
