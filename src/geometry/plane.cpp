@@ -52,19 +52,12 @@ Spread SpreadOf(PointSpan points, const Vector3d& p,
                 const std::vector<KdTree::Neighbor>& neighbors) {
   // Sums relative to p need only one pass and keep the numbers small.
   Vector3d sum = Vector3d::Zero();
-  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
+  Matrix3d scatter = Matrix3d::Zero();
   for (const KdTree::Neighbor& neighbor : neighbors) {
     const Vector3d d = points[neighbor.index] - p;
     sum += d;
-    xx += d.x() * d.x();
-    xy += d.x() * d.y();
-    xz += d.x() * d.z();
-    yy += d.y() * d.y();
-    yz += d.y() * d.z();
-    zz += d.z() * d.z();
+    scatter.noalias() += d * d.transpose();
   }
-  Matrix3d scatter;
-  scatter << xx, xy, xz, xy, yy, yz, xz, yz, zz;
   scatter -= sum * sum.transpose() / static_cast<double>(neighbors.size());
   const double scale = scatter.trace();
   if (!(scale > 0.0)) return {};
@@ -143,11 +136,6 @@ std::optional<PlaneFit> FitPlaneRansac(PointSpan points, const PlaneRansacOption
   return PlaneFit{plane, Inliers(points, plane, options.inlier_distance_m)};
 }
 
-Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
-                       const Vector3d& origin) {
-  return EstimateNormals(points, tree, radius_m, {&origin, 1}, Indices(points.size(), 0));
-}
-
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, PointSpan places,
                        std::span<const std::uint32_t> place_of, double max_radius_m,
                        NeighborLists* kept) {
@@ -156,7 +144,7 @@ Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, Po
   std::vector<KdTree::Neighbor> neighbors;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vector3d& p = points[i];
-    const Vector3d to_origin = places[place_of[i]] - p;
+    const Vector3d to_origin = places[place_of.empty() ? 0 : place_of[i]] - p;
     tree.Within(p, radius_m, neighbors);
     if (kept) Keep(neighbors, i, *kept);
     if (neighbors.size() < 3) tree.Nearest(p, 3, neighbors);  // a plane needs three

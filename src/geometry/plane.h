@@ -79,16 +79,13 @@ struct NeighborLists {
 /// 4.10-4.12), oriented toward the position from which the point was seen. A point with fewer than
 /// three neighbors gets the normal of its nearest three points.
 /// @param places  positions of the sensors
-/// @param place_of  for each point its index into places
+/// @param place_of  for each point its index into places; empty: all were seen from the first
 /// @param max_radius_m  a collinear neighborhood (of a line scanner on a grazing face) is widened
 /// up to this; 0: as published.
 /// @param kept  receives the neighbors within radius_m, including the point itself; may be null
 Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m, PointSpan places,
                        std::span<const std::uint32_t> place_of, double max_radius_m = 0.0,
                        NeighborLists* kept = nullptr);
-/// The same if all points were seen from one position.
-Points EstimateNormals(PointSpan points, const KdTree& tree, double radius_m,
-                       const Eigen::Vector3d& origin);
 
 /// Unit normals of points from the faces of a mesh (section 5.1.3): the area-weighted mean of the
 /// normals of a point's triangles, each oriented toward the position from which the point was seen.

@@ -172,7 +172,7 @@ TEST(Normals, OfAPlaneAreItsNormalTurnedToTheOrigin) {
   for (Eigen::Vector3d& p : points) p -= p.dot(normal) * normal;
   const KdTree tree(points);
   for (const double side : {1.0, -1.0}) {
-    for (const auto& n : EstimateNormals(points, tree, 0.005, side * normal)) {
+    for (const auto& n : EstimateNormals(points, tree, 0.005, Points{side * normal}, {})) {
       EXPECT_NEAR(n.dot(side * normal), 1.0, 1e-9);
     }
   }
@@ -184,7 +184,7 @@ TEST(Normals, OfASphereAreRadial) {
   synthetic::Sample(synthetic::Sphere{{0.1, 0.2, 0.3}, radius}, 0.001,
                     [&](const synthetic::Surfel& s) { points.push_back(s.point); });
   const KdTree tree(points);
-  const Points normals = EstimateNormals(points, tree, 0.005, {0.1, 0.2, 0.3});
+  const Points normals = EstimateNormals(points, tree, 0.005, Points{{0.1, 0.2, 0.3}}, {});
   for (std::size_t i = 0; i < points.size(); ++i) {
     // Normals point to the centre, since the origin is there. About 75 samples per neighborhood are
     // evenly spread to a fraction of the sample width, 1 mm of 5: the tilt is well below 0.02 rad.
@@ -199,7 +199,7 @@ TEST(Normals, AreTheSmallestEigenvectorsOfTheCovariance) {
   base::Rng rng(5);
   const Points points = samples::RandomPoints(300, 0.02, rng);
   const KdTree tree(points);
-  const Points normals = EstimateNormals(points, tree, 0.01, {1.0, 1.0, 1.0});
+  const Points normals = EstimateNormals(points, tree, 0.01, Points{{1.0, 1.0, 1.0}}, {});
   for (std::size_t i = 0; i < points.size(); ++i) {
     Points near;
     for (const Eigen::Vector3d& p : points) {
@@ -223,7 +223,7 @@ TEST(Normals, KeepTheNeighborsThatTheySearchedFor) {
   const Eigen::Vector3d eye(1.0, 1.0, 1.0);
   NeighborLists kept;
   // The radius grows where a neighborhood lies on a line; the kept lists are for the first radius.
-  EstimateNormals(points, tree, 0.004, {&eye, 1}, Indices(points.size(), 0), 0.02, &kept);
+  EstimateNormals(points, tree, 0.004, {&eye, 1}, {}, 0.02, &kept);
   EXPECT_EQ(kept.radius_m, 0.004);
   std::vector<KdTree::Neighbor> neighbors;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -239,7 +239,8 @@ TEST(Normals, KeepTheNeighborsThatTheySearchedFor) {
 
 TEST(Normals, ALonePointTakesThePlaneOfItsNearestThree) {
   const Points points = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}};
-  for (const auto& n : EstimateNormals(points, KdTree(points), 0.005, {0.2, 0.2, 3.0})) {
+  for (const auto& n :
+       EstimateNormals(points, KdTree(points), 0.005, Points{{0.2, 0.2, 3.0}}, {})) {
     EXPECT_NEAR(n.z(), 1.0, 1e-12);
   }
 }
@@ -262,7 +263,7 @@ TEST(Normals, TurnToThePlaceThatSawThePoint) {
 TEST(Normals, OfALonePointPointsToTheOrigin) {
   const Points one{{0.1, 0.2, 0.3}};
   const Eigen::Vector3d origin(0.4, 0.6, 0.3);
-  const auto normals = EstimateNormals(one, KdTree(one), 0.005, origin);
+  const auto normals = EstimateNormals(one, KdTree(one), 0.005, Points{origin}, {});
   EXPECT_LT((normals[0] - Eigen::Vector3d(0.6, 0.8, 0.0)).norm(), 1e-12);
 }
 
@@ -286,11 +287,13 @@ TEST(Normals, AreUnitLengthWhereNothingDefinesThem) {
   for (const Points& points :
        {Points{{0.0, 0.0, 0.0}}, Points{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}},
         Points{{0.0, 0.0, 0.0}, {0.001, 0.0, 0.0}, {0.002, 0.0, 0.0}}}) {
-    for (const auto& n : EstimateNormals(points, KdTree(points), 0.005, {0.0, 0.0, 0.0})) {
+    for (const auto& n :
+         EstimateNormals(points, KdTree(points), 0.005, Points{{0.0, 0.0, 0.0}}, {})) {
       EXPECT_NEAR(n.norm(), 1.0, 1e-12);
     }
   }
-  EXPECT_TRUE(EstimateNormals(Points{}, KdTree(Points{}), 0.005, {0.0, 0.0, 0.0}).empty());
+  EXPECT_TRUE(
+      EstimateNormals(Points{}, KdTree(Points{}), 0.005, Points{{0.0, 0.0, 0.0}}, {}).empty());
 }
 
 }  // namespace

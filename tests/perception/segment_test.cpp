@@ -44,8 +44,9 @@ SegmentObjects ScanObjects(const std::vector<synthetic::Solid>& solids, std::uin
     objects.cloud.points.push_back(scan.points_W[i]);
     objects.label.push_back(scan.label[i]);
   }
-  objects.cloud.normals = geometry::EstimateNormals(
-      objects.cloud.points, KdTree(objects.cloud.points), 0.005, kSegmentSensor);
+  objects.cloud.normals =
+      geometry::EstimateNormals(objects.cloud.points, KdTree(objects.cloud.points), 0.005,
+                                geometry::Points{kSegmentSensor}, {});
   return objects;
 }
 

@@ -177,9 +177,8 @@ RcfPreparation PrepareRcf(const FitInput& input, double neighborhood_m) {
   const geometry::KdTree tree(input.points);
   geometry::NeighborLists neighbors;
   geometry::PointCloud cloud{{input.points.begin(), input.points.end()}, {}};
-  cloud.normals =
-      geometry::EstimateNormals(input.points, tree, neighborhood_m, geometry::Points{input.eye},
-                                geometry::Indices(input.points.size(), 0), 0.0, &neighbors);
+  cloud.normals = geometry::EstimateNormals(input.points, tree, neighborhood_m,
+                                            geometry::Points{input.eye}, {}, 0.0, &neighbors);
   CurvatureOptions curvature;
   curvature.radius_m = neighborhood_m;
   auto curved = CurvedPoints(cloud, tree, curvature, neighbors);

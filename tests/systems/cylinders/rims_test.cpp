@@ -82,9 +82,8 @@ TEST(Curvature, NeighborsThatAreKnownChangeNothing) {
   const Vector3d eye(1.0, 0.0, 1.0);
   for (const double radius_m : {double{options.radius_m}, 0.5 * options.radius_m}) {
     geometry::NeighborLists known;
-    cloud.normals =
-        geometry::EstimateNormals(cloud.points, tree, radius_m, {&eye, 1},
-                                  geometry::Indices(cloud.size(), 0), 2.0 * radius_m, &known);
+    cloud.normals = geometry::EstimateNormals(cloud.points, tree, radius_m, {&eye, 1}, {},
+                                              2.0 * radius_m, &known);
     ASSERT_TRUE(known.Has(cloud.size() - 1));
     EXPECT_EQ(CurvedPoints(cloud, tree, options, known), CurvedPoints(cloud, tree, options));
     // For some points no list may have been kept.

@@ -98,7 +98,8 @@ TEST_P(SeededNormals, AreThoseOfGeometryButForRounding) {
   const Eigen::Vector3d normal = samples::RandomDirection(rng);
   const Eigen::Vector3d sensor = center + 0.7 * normal;
   const auto points = samples::OnSquare(center, normal, 0.05, 0.0005, 2000, rng);
-  const auto ours = geometry::EstimateNormals(points, geometry::KdTree(points), 0.01, sensor);
+  const auto ours = geometry::EstimateNormals(points, geometry::KdTree(points), 0.01,
+                                              geometry::Points{sensor}, {});
   const geometry::Points found = EstimateNormals(points, sensor, 0.01);
   // The library computes the eigenvector in closed form and single precision, mostly to 1e-4 rad.
   // For a few in ten thousand neighborhoods of poor shape, rounding limits it to 0.01 rad.
