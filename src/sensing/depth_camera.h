@@ -4,11 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "base/frames.h"
-#include "base/rng.h"
-#include "sensing/line_scanner.h"
-#include "sensing/range_sensor_options.h"
-#include "sim/world.h"
+#include "sensing/range_sensor.h"
 
 namespace rangegrasp::sensing {
 

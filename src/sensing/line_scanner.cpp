@@ -401,22 +401,6 @@ double DepthSigma(const LineScannerOptions& options, double depth_m) {
   return CameraModel(options).DepthPerPixel(depth_m) * CentroidSigma(options);
 }
 
-Scan EmptyScan(int profiles, int samples, const Pose& X_WS) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const std::size_t size = std::size_t(profiles) * samples;
-  Scan scan;
-  scan.view.image = {.profiles = profiles,
-                     .samples = samples,
-                     .points_C = geometry::Points(size, Vector3d::Constant(nan)),
-                     .origins_C = {X_WS.translation()}};
-  scan.view.X_CV = X_WS;
-  scan.view.noise_m.assign(size, std::numeric_limits<float>::quiet_NaN());
-  scan.truth.state.assign(size, SampleState::kOutOfView);
-  scan.truth.label.assign(size, 0);
-  scan.truth.true_range_m.assign(size, nan);
-  return scan;
-}
-
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const Pose& X_WS,
                const LineScannerOptions& options, base::Rng& rng) {
   CheckOptions(options);

@@ -1,49 +1,14 @@
 #pragma once
 
-#include <span>
-
-#include "base/frames.h"
-#include "base/rng.h"
-#include "geometry/observation.h"
-#include "geometry/point_cloud.h"
-#include "sensing/range_sensor_options.h"
-#include "sim/world.h"
+#include "sensing/range_sensor.h"
 
 namespace rangegrasp::sensing {
-
-/// State of a sample of the range image. A sample is a laser ray, so surfaces in the laser's shadow
-/// have no samples (see ClassifySurface).
-enum class SampleState : std::uint8_t {
-  kMeasured,
-  kCameraShadow,  ///< lit by the laser, within the camera's view, but hidden from the camera
-  kDropout,       ///< seen, but lost to grazing incidence, low albedo, gloss or clarity
-  kOutOfView      ///< the ray hits no surface, or its spot lies outside the sensor's window
-};
-
-/// Ground truth that only the scorer may read, in the layout of the image. A measured sample has
-/// the surface that returned most of its light, any other the first surface that the ray hits.
-struct ScanTruth {
-  std::vector<SampleState> state;
-  std::vector<std::uint32_t> label;  ///< 0 if the ray hits no surface
-  std::vector<double> true_range_m;  ///< from the laser to the surface; NaN without one
-};
 
 /// Predicted standard deviation [m] of the depth of a plane at a given depth:
 ///   sigma_z^2 = (Zc^2 p / (f b))^2 (sigma_centroid^2 + sigma_speckle^2 + quantisation^2 / 12),
 /// where Zc is the distance along the camera's axis, p the pixel pitch, and all sigmas are in
 /// pixels. Does not include the pan jitter, which moves whole profiles.
 double DepthSigma(const LineScannerOptions& options, double depth_m);
-
-struct Scan {
-  /// The robot's data: points in W, by the nominal calibration X_WS and the nominal pan angles. The
-  /// only origin is the laser's exit point; X_CV is X_WS; noise_m is DepthSigma at the sample's
-  /// measured depth, converted to the ray's direction; spacing_m is geometry::MedianSpacing.
-  geometry::View view;
-  ScanTruth truth;
-};
-
-/// A scan of this size, from the pose that the robot knows, in which nothing is measured yet.
-Scan EmptyScan(int profiles, int samples, const base::Pose& X_WS);
 
 /// Simulates one sweep over the meshes. Each sample has a ray from the laser to the first surface
 /// and a second one to the camera, which decides whether the spot is seen. Near edges (of depth,

@@ -5,7 +5,7 @@
 
 #include "base/frames.h"
 #include "geometry/ray_caster.h"
-#include "sensing/range_sensor_options.h"
+#include "sensing/range_sensor.h"
 #include "sim/world.h"
 
 namespace rangegrasp::sensing {

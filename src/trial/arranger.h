@@ -9,7 +9,7 @@
 
 #include "base/rng.h"
 #include "robot/robot.h"
-#include "sensing/range_sensor_options.h"
+#include "sensing/range_sensor.h"
 #include "sim/world.h"
 #include "trial/options.h"
 

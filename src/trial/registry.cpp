@@ -9,7 +9,7 @@
 #include "cli/commands.h"
 #include "experiment/experiment.h"
 #include "libraries.h"
-#include "sensing/range_sensor_options.h"
+#include "sensing/range_sensor.h"
 #include "sim/surfaces.h"
 #include "sim/world.h"
 #include "trial/command/grasping_commands.h"

@@ -9,7 +9,7 @@
 
 #include "base/yaml_map.h"
 #include "experiment/record.h"
-#include "sensing/range_sensor_options.h"
+#include "sensing/range_sensor.h"
 #include "trial/cell.h"
 #include "trial/options.h"
 

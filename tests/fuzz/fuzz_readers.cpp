@@ -48,7 +48,7 @@
 #include "seam/stitching/stripe_sensor.h"
 #include "seam/tracker.h"
 #include "sensing/hand_eye.h"
-#include "sensing/range_sensor_options.h"
+#include "sensing/range_sensor.h"
 #include "sim/surfaces.h"
 #include "stereo/camera.h"
 #include "stereo/sensing/stereo_camera.h"

@@ -2,7 +2,7 @@
 
 #include "base/rng.h"
 #include "geometry/point_cloud.h"
-#include "sensing/range_sensor_options.h"
+#include "sensing/range_sensor.h"
 
 namespace rangegrasp::cylinders {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/image/image.h"
-#include "sensing/range_sensor_options.h"
+#include "sensing/range_sensor.h"
 #include "stereo/calibrate.h"
 #include "stereo/calibrate_hand_eye.h"
 #include "stereo/sensing/stereo_camera.h"

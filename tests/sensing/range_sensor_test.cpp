@@ -1,4 +1,4 @@
-#include "sensing/range_sensor_options.h"
+#include "sensing/range_sensor.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,6 @@
 #include "error_of.h"
 #include "sensing/depth_camera.h"
 #include "sensing/line_scanner.h"
-#include "sensing/range_sensor.h"
 #include "temp_folder.h"
 
 namespace rangegrasp::sensing {
