@@ -17,6 +17,17 @@ std::string FileOf(const Edit& edit, const Finding& finding) {
   return finding.where.starts_with(edit.file) ? "" : " of " + edit.file;
 }
 
+// What follows the place: the problem, then the fix.
+std::string ProblemOf(const Finding& finding) {
+  std::string text = finding.element.empty() ? "" : finding.element + ": ";
+  text += finding.what;
+  const std::string cure = CureOf(finding);
+  if (cure.empty()) return text;
+  text += "\n    fix: ";
+  for (const char c : cure) text += c == '\n' ? std::string("\n      ") : std::string(1, c);
+  return text;
+}
+
 }  // namespace
 
 std::string CureOf(const Finding& finding) {
@@ -42,21 +53,6 @@ std::string CureOf(const Finding& finding) {
   }
   return text + finding.cure;
 }
-
-namespace {
-
-// What follows the place: the problem, then the fix.
-std::string ProblemOf(const Finding& finding) {
-  std::string text = finding.element.empty() ? "" : finding.element + ": ";
-  text += finding.what;
-  const std::string cure = CureOf(finding);
-  if (cure.empty()) return text;
-  text += "\n    fix: ";
-  for (const char c : cure) text += c == '\n' ? std::string("\n      ") : std::string(1, c);
-  return text;
-}
-
-}  // namespace
 
 std::string TextOf(const Finding& finding) {
   return finding.where + (finding.error ? ": error: " : ": warning: ") + ProblemOf(finding);

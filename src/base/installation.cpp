@@ -26,22 +26,15 @@ bool IsName(const fs::path& experiment) {
   return experiment.has_filename() && (folder.empty() || folder == "experiments");
 }
 
-fs::path& Program() {
-  static fs::path program;
-  return program;
-}
-
-std::vector<WordNotBuilt>& Words() {
-  static std::vector<WordNotBuilt> words;
-  return words;
-}
+fs::path own_file;  // given to SetProgram
+std::vector<WordNotBuilt> words_not_built;
 
 }  // namespace
 
 fs::path DataFolder() {
   const char* variable = std::getenv(kVariable);
   if (!variable || !*variable) {
-    return DataFolderOf(Program().empty() ? fs::read_symlink("/proc/self/exe") : Program());
+    return DataFolderOf(own_file.empty() ? fs::read_symlink("/proc/self/exe") : own_file);
   }
   if (!IsDataFolder(variable)) {
     throw InputError(fmt::format(
@@ -50,7 +43,7 @@ fs::path DataFolder() {
   return variable;
 }
 
-void SetProgram(const fs::path& file) { Program() = file; }
+void SetProgram(const fs::path& file) { own_file = file; }
 
 fs::path DataFolderOf(const fs::path& program) {
   const fs::path installed = program.parent_path().parent_path() / "share/rangegrasp";
@@ -100,11 +93,11 @@ NotInstalled::NotInstalled(const std::string& package, const std::string& what)
     : InputError(fmt::format("Debian's package '{}' is missing; {}", package, what)),
       package_(package) {}
 
-void AddWordNotBuilt(const WordNotBuilt& word) { Words().push_back(word); }
+void AddWordNotBuilt(const WordNotBuilt& word) { words_not_built.push_back(word); }
 
 std::vector<std::string> WordsNotBuilt(std::string_view kind) {
   std::vector<std::string> words;
-  for (const WordNotBuilt& known : Words()) {
+  for (const WordNotBuilt& known : words_not_built) {
     if (known.kind == kind) words.emplace_back(known.word);
   }
   std::ranges::sort(words);
@@ -112,7 +105,7 @@ std::vector<std::string> WordsNotBuilt(std::string_view kind) {
 }
 
 void CheckBuilt(std::string_view kind, std::string_view word, const std::string& where) {
-  for (const WordNotBuilt& known : Words()) {
+  for (const WordNotBuilt& known : words_not_built) {
     if (known.kind == kind && known.word == word) throw NotBuilt(where, known);
   }
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <ranges>
 
 #include "base/error.h"
 
@@ -86,14 +87,11 @@ std::string Excerpt(std::string_view text) {
 }
 
 std::vector<std::string> Split(std::string_view text, char separator) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == separator) {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
+  std::vector<std::string> parts;
+  for (const auto& part : std::views::split(text, separator)) {
+    parts.emplace_back(part.begin(), part.end());
   }
+  if (parts.empty()) parts.emplace_back();
   return parts;
 }
 
@@ -120,15 +118,7 @@ bool IsUtf8(std::string_view text) {
 std::string XmlEscaped(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
-    if (c == '&') {
-      escaped += "&amp;";
-    } else if (c == '<') {
-      escaped += "&lt;";
-    } else if (c == '"') {
-      escaped += "&quot;";
-    } else {
-      escaped += c;
-    }
+    escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
   }
   return escaped;
 }

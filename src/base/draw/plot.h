@@ -47,7 +47,7 @@ struct BarChart {
   std::vector<std::vector<double>> values;
 };
 
-/// A bar chart as SVG. @throws std::invalid_argument if the sizes do not fit.
+/// A bar chart as SVG.
 std::string PlotSvg(const BarChart& chart, int width_px = 900, int height_px = 360);
 
 }  // namespace rangegrasp::draw
