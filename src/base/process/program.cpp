@@ -285,13 +285,13 @@ void ReadErr(Guard& guard, std::string& err) {
   if (err.size() > kKept_bytes) err.erase(0, err.size() - kKept_bytes);
 }
 
-/// Waits until one of the pipes is ready. The result has the order in, out, err; closed pipes
-/// (negative) are ignored.
-std::array<pollfd, 3> WaitFor(const Guard& guard, double left_s) {
+/// Waits until one of the pipes is ready; closed pipes (negative) are ignored. Without any output
+/// to wait for, only a short time: the program's end is no event.
+void WaitFor(const Guard& guard, double left_s) {
   std::array<pollfd, 3> waits{
       {{guard.in, POLLOUT, 0}, {guard.out, POLLIN, 0}, {guard.err, POLLIN, 0}}};
-  poll(waits.data(), waits.size(), 1 + static_cast<int>(left_s * 1000.0));
-  return waits;
+  const bool silent = guard.out < 0 && guard.err < 0;
+  poll(waits.data(), waits.size(), 1 + (silent ? 0 : static_cast<int>(left_s * 1000.0)));
 }
 
 class Conversation {
@@ -454,24 +454,17 @@ struct Feed::Impl {
   void Wait(const base::Stopwatch& watch, const char* too_long) {
     const double left_s = program.limit_s - watch.Seconds();
     if (left_s <= 0.0) Fail(fmt::format("{} within {:g} s", too_long, program.limit_s));
-    const auto waits = WaitFor(guard, left_s);
+    WaitFor(guard, left_s);
     // Its output is not used, but is read so that it does not block the program.
     std::string dropped;
-    if (waits[1].revents != 0 && !ReadFrom(guard.out, dropped)) guard.out.Close();
-    if (waits[2].revents != 0) ReadErr(guard, err);
+    if (guard.out >= 0 && !ReadFrom(guard.out, dropped)) guard.out.Close();
+    ReadErr(guard, err);
   }
 
   // Reads its remaining output and waits for its exit.
   int ExitCode() {
     const base::Stopwatch watch;
-    while (guard.ExitCode() < 0) {
-      if (guard.out < 0 && guard.err < 0) {
-        if (watch.Seconds() > program.limit_s) Fail("did not exit");
-        usleep(1000);
-      } else {
-        Wait(watch, "did not exit");
-      }
-    }
+    while (guard.ExitCode() < 0) Wait(watch, "did not exit");
     ReadErr(guard, err);
     return guard.ExitCode();
   }
