@@ -83,7 +83,7 @@ class Look {
       : meshes_(meshes),
         X_WS_(X_WS),
         options_(options),
-        caster_(meshes),
+        caster_(CasterOf(meshes)),
         width_(options.width),
         size_(width_ * options.height),
         focal_px_(FocalLength(options)),
@@ -93,7 +93,8 @@ class Look {
         X_WS_known_(KnownPose(X_WS, options, seed_)),
         patches_(options.dropout_patch_m, seed_),
         disparity_sigma_px_(options.disparity_sigma_px * Averaged(options)),
-        sigma_at_1m_(stereo_ ? StereoSigma(options, 1.0) : FlightSigma(options, 1.0, 1.0)),
+        sigma_at_1m_(stereo_ ? StereoSigma(options, 1.0)
+                             : options.range_sigma_m * Averaged(options) * std::sqrt(kWhite)),
         harmless_{std::cos(options.dropout_begin_rad),
                   std::cos(0.5 * options.saturation_angle_rad)} {}
 
@@ -309,7 +310,10 @@ class Look {
     return (range_m + offset_m_ + FlightNoise(range_m, seen.reflected) * draw) / along_ray;
   }
 
-  /// The same as FlightSigma.
+  /// Predicted standard deviation [m] of the range by time of flight. The shot noise is inversely
+  /// proportional to the square root of the returned light A ~ albedo cos(i) / range^2 (Lange and
+  /// Seitz 2001, "Solid-state time-of-flight range camera"):
+  ///   sigma = range_sigma range sqrt(0.85 / (albedo cos(i))) sqrt(s + (1 - s) / frames).
   double FlightNoise(double range_m, double reflected) const {
     return sigma_at_1m_ * range_m / std::sqrt(std::max(reflected, kFaint));
   }
@@ -369,11 +373,6 @@ double StereoSigma(const DepthCameraOptions& options, double depth_m) {
   const double sigma_px = std::hypot(options.disparity_sigma_px * Averaged(options),
                                      options.disparity_step_px / std::sqrt(12.0));
   return depth_m * depth_m / (FocalLength(options) * options.baseline_m) * sigma_px;
-}
-
-double FlightSigma(const DepthCameraOptions& options, double range_m, double reflected) {
-  return options.range_sigma_m * Averaged(options) * range_m *
-         std::sqrt(kWhite / std::max(reflected, kFaint));
 }
 
 std::vector<std::uint8_t> HiddenFromRight(std::span<const float> disparity_px) {

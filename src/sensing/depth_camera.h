@@ -16,12 +16,6 @@ namespace rangegrasp::sensing {
 /// z^2).
 double StereoSigma(const DepthCameraOptions& options, double depth_m);
 
-/// Predicted standard deviation [m] of the range by time of flight. The shot noise is inversely
-/// proportional to the square root of the returned light A ~ albedo cos(i) / range^2 (Lange and
-/// Seitz 2001, "Solid-state time-of-flight range camera"):
-///   sigma = range_sigma range sqrt(0.85 / (albedo cos(i))) sqrt(s + (1 - s) / frames).
-double FlightSigma(const DepthCameraOptions& options, double range_m, double reflected);
-
 /// Finds the pixels of a row that the second lens, `baseline` to the right, does not see. Draws the
 /// disparities [px; 0: no surface] into the right image, nearer over farther.
 /// @return 1 for a pixel that is hidden by a nearer surface there or lies outside that image
@@ -43,11 +37,11 @@ std::vector<float> WindowNoise(int width, int height, int window, int rows, std:
 /// (which bends corners in time of flight), motion, other cameras, sunlight.
 ///
 /// The view is like the line scanner's: points in W, computed with the pose that the robot knows,
-/// on the nominal rays of the pixels; noise_m is StereoSigma or FlightSigma. An image row is a
+/// on the nominal rays of the pixels; noise_m is predicted as by StereoSigma. An image row is a
 /// profile.
 ///
 /// Depends only on the arguments and one draw of rng. Single-threaded.
-/// @throws std::invalid_argument like RayCaster (sensing/optics.h).
+/// @throws std::invalid_argument like geometry::RayCaster.
 Scan ScanScene(std::span<const sim::VisualMesh> meshes, const base::Pose& X_WS,
                const DepthCameraOptions& options, base::Rng& rng);
 

@@ -1,7 +1,6 @@
 #include "sensing/line_scanner.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "sensing/optics.h"
 
@@ -47,9 +46,9 @@ constexpr float kLiftOff_m = 1e-4f;
 /// references to its arguments.
 class Illumination {
  public:
-  /// @throws std::invalid_argument like RayCaster.
+  /// @throws std::invalid_argument like CasterOf.
   Illumination(std::span<const sim::VisualMesh> meshes, const LineScannerOptions& options)
-      : meshes_(meshes), options_(options), camera_(options), caster_(meshes) {}
+      : meshes_(meshes), options_(options), camera_(options), caster_(CasterOf(meshes)) {}
 
   /// Casts the laser rays of one profile; spots[i] is the spot of rays[i].
   void Light(const ProfilePose& pose, std::span<const LaserRay> rays, std::span<Spot> spots) {
@@ -412,7 +411,7 @@ std::vector<SurfaceState> ClassifySurface(geometry::PointSpan points_W,
                                           const LineScannerOptions& options) {
   CheckOptions(options);
   const CameraModel camera(options);
-  const RayCaster caster(meshes);
+  const RayCaster caster = CasterOf(meshes);
   std::vector<SurfaceState> states(points_W.size(), SurfaceState::kOutOfView);
   std::vector<Ray> to_laser, to_camera;
   std::vector<std::size_t> in_sweep;

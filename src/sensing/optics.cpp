@@ -105,6 +105,12 @@ double CentroidSigma(const LineScannerOptions& options) {
   return std::sqrt(variance_px2);
 }
 
+RayCaster CasterOf(std::span<const sim::VisualMesh> meshes) {
+  std::vector<const geometry::TriangleMesh*> surfaces;
+  for (const sim::VisualMesh& mesh : meshes) surfaces.push_back(&mesh.mesh_W);
+  return RayCaster(surfaces);
+}
+
 base::Pose KnownPose(const base::Pose& X_WS, const RangeSensorOptions& options,
                      std::uint64_t seed) {
   base::Rng rng(base::DeriveSeed(seed, "calibration"));

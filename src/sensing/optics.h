@@ -62,22 +62,11 @@ double CentroidSigma(const LineScannerOptions& options);
 
 using geometry::Hit;
 using geometry::Ray;
+using geometry::RayCaster;
 
 /// Casts rays at the visual meshes; Hit::mesh is the position in `meshes`.
-class RayCaster : public geometry::RayCaster {
- public:
-  /// @throws std::invalid_argument like geometry::RayCaster
-  explicit RayCaster(std::span<const sim::VisualMesh> meshes)
-      : geometry::RayCaster(SurfacesOf(meshes)) {}
-
- private:
-  static std::vector<const geometry::TriangleMesh*> SurfacesOf(
-      std::span<const sim::VisualMesh> meshes) {
-    std::vector<const geometry::TriangleMesh*> surfaces;
-    for (const sim::VisualMesh& mesh : meshes) surfaces.push_back(&mesh.mesh_W);
-    return surfaces;
-  }
-};
+/// @throws std::invalid_argument like RayCaster
+RayCaster CasterOf(std::span<const sim::VisualMesh> meshes);
 
 /// The pose of a sensor's head that the robot knows: the true one with a calibration error.
 /// @param seed  of the scan

@@ -254,7 +254,7 @@ TEST(RayCaster, AgreesWithBruteForceOnRandomScenes) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     base::Rng rng(seed);
     const auto meshes = RandomTriangles(rng);
-    const RayCaster caster(meshes);
+    const RayCaster caster = CasterOf(meshes);
     std::vector<Ray> rays;
     for (int i = 0; i < 203; ++i) {  // not a multiple of a packet
       const Vector3d origin = 1.5 * RandomPoint(1.0, rng);
@@ -286,7 +286,7 @@ TEST(RayCaster, AgreesWithBruteForceOnRandomScenes) {
 
 TEST(RayCaster, RespectsBothEndsOfARay) {
   const std::vector meshes = {test::Level(1.0, -1, 1, -1, 1)};
-  const RayCaster caster(meshes);
+  const RayCaster caster = CasterOf(meshes);
   const Eigen::Vector3f o = Eigen::Vector3f::Zero();
   const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
   const std::vector<Ray> rays = {
@@ -297,7 +297,7 @@ TEST(RayCaster, RespectsBothEndsOfARay) {
 }
 
 TEST(RayCaster, WithoutMeshesNothingIsMet) {
-  const RayCaster caster({});
+  const RayCaster caster = CasterOf({});
   const std::vector<Ray> rays(3, {Eigen::Vector3f::Zero(), Eigen::Vector3f::UnitX(), 0.0f, 9.0f});
   std::vector<Hit> hits;
   caster.FirstHits(rays, hits);

@@ -288,7 +288,7 @@ std::vector<PixelTruth> TruthOfPixels(std::span<const sim::VisualMesh> meshes,
                                       std::span<const Eigen::Vector2d> pixels) {
   constexpr double kNoRange = std::numeric_limits<double>::quiet_NaN();
   constexpr float kFarthest_m = 100.0f;  // maximum range of a pixel: the room is smaller
-  const RayCaster caster(meshes);
+  const RayCaster caster = CasterOf(meshes);
   std::vector<Ray> rays;
   std::vector<std::size_t> traced;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
