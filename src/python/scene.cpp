@@ -164,7 +164,7 @@ class Scene {
       sensed_ = std::make_shared<trial::Sensed>(trial::Look(cell_, *world_, seed));
       noise_m_ = MeasureNoise(rng);
     }
-    nb::dict scan = DictOf(sensed_->observation, sensed_);
+    nb::dict scan = DictOf(sensed_->observation);
     scan["seed"] = detectors_seed;
     scan["noise_m"] = noise_m_;
     AddWorkspace(cell_.robot, cell_.options.workspace_margin_m, scan);

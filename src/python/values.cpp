@@ -14,15 +14,17 @@ namespace {
 
 constexpr double kRotationError = 1e-3;
 
-// An array that shares the ownership of its values with `owner`. Without an owner, a copy.
-template <typename T>
-nb::ndarray<nb::numpy, T, nb::c_contig> Shared(const T* values, std::vector<std::size_t> shape,
-                                               const std::shared_ptr<const void>& owner) {
-  if (!owner) return Copied(values, std::move(shape));
-  auto* held = new std::shared_ptr<const void>(owner);
-  nb::capsule capsule(
-      held, [](void* p) noexcept { delete static_cast<std::shared_ptr<const void>*>(p); });
-  return {const_cast<T*>(values), shape.size(), shape.data(), capsule};
+/// Positions of the samples among those of all views, one view after the other, as a detector names
+/// them.
+nb::ndarray<nb::numpy, std::int64_t, nb::c_contig> SamplesOf(
+    const std::vector<geometry::SampleId>& samples, const geometry::Observation& observation) {
+  std::vector<std::int64_t> first = {0};  // of each view
+  for (const geometry::View& view : observation.views) {
+    first.push_back(first.back() + static_cast<std::int64_t>(view.image.points_C.size()));
+  }
+  std::vector<std::int64_t> positions;
+  for (const auto& id : samples) positions.push_back(first[id.view] + id.sample);
+  return Copied(positions.data(), {positions.size()});
 }
 
 using PointsIn = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
@@ -91,22 +93,20 @@ nb::object ObjectOf(const nlohmann::ordered_json& json) {
   return nb::module_::import_("json").attr("loads")(json.dump());
 }
 
-nb::dict DictOf(const geometry::Observation& observation,
-                const std::shared_ptr<const void>& owner) {
+nb::dict DictOf(const geometry::Observation& observation) {
   nb::list views;
   for (const geometry::View& view : observation.views) {
     const auto rows = static_cast<std::size_t>(view.image.profiles);
     const auto columns = static_cast<std::size_t>(view.image.samples);
     nb::dict dict;
-    dict["points"] = Shared(view.image.points_C.data()->data(), {rows, columns, 3}, owner);
-    dict["noise"] = view.noise_m.empty()
-                        ? nb::none()
-                        : nb::cast(Shared(view.noise_m.data(), {rows, columns}, owner));
+    dict["points"] = Copied(view.image.points_C.data()->data(), {rows, columns, 3});
+    dict["noise"] =
+        view.noise_m.empty() ? nb::none() : nb::cast(Copied(view.noise_m.data(), {rows, columns}));
     dict["colors"] =
         view.colors.empty()
             ? nb::none()
-            : nb::cast(Shared(reinterpret_cast<const std::uint8_t*>(view.colors.data()),
-                              {rows, columns, 3}, owner));
+            : nb::cast(Copied(reinterpret_cast<const std::uint8_t*>(view.colors.data()),
+                              {rows, columns, 3}));
     dict["X_WV"] = ArrayOf(view.X_CV);
     views.append(dict);
   }
@@ -153,17 +153,6 @@ nb::dict DictOf(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand)
   dict["collides"] = grasp.collides;
   dict["contact_angle"] = grasp.contact_angle_rad;
   return dict;
-}
-
-nb::ndarray<nb::numpy, std::int64_t, nb::c_contig> SamplesOf(
-    const std::vector<geometry::SampleId>& samples, const geometry::Observation& observation) {
-  std::vector<std::int64_t> first = {0};  // of each view
-  for (const geometry::View& view : observation.views) {
-    first.push_back(first.back() + static_cast<std::int64_t>(view.image.points_C.size()));
-  }
-  std::vector<std::int64_t> positions;
-  for (const auto& id : samples) positions.push_back(first[id.view] + id.sample);
-  return Copied(positions.data(), {positions.size()});
 }
 
 void AddWorkspace(const robot::Robot& robot, double margin_m, nb::dict& scan) {

@@ -43,9 +43,7 @@ base::Pose PoseFrom(const Matrix4& X, const char* name);
 nb::object ObjectOf(const nlohmann::ordered_json& json);
 
 /// A scan without ground truth: {"views": [{"points", "noise", "colors", "X_WV"}]}.
-/// @param owner  keeps the points alive, which are then not copied; null: they are copied
-nb::dict DictOf(const geometry::Observation& observation,
-                const std::shared_ptr<const void>& owner = nullptr);
+nb::dict DictOf(const geometry::Observation& observation);
 
 /// The observation in such a dictionary. Copies the points.
 /// @throws std::invalid_argument naming the error in an array
@@ -62,11 +60,6 @@ nb::dict DictOf(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand)
 
 /// Frame G of the proposal that gives the grasp's hand pose, including pitch and centering.
 base::Pose ProposedPose(const grasp::DetectedGrasp& grasp, const robot::HandModel& hand);
-
-/// Positions of the samples among those of all views, one view after the other, as a detector names
-/// them.
-nb::ndarray<nb::numpy, std::int64_t, nb::c_contig> SamplesOf(
-    const std::vector<geometry::SampleId>& samples, const geometry::Observation& observation);
 
 /// Adds the work cell's data to a scan: "center", "radius", "max_opening".
 void AddWorkspace(const robot::Robot& robot, double margin_m, nb::dict& scan);
