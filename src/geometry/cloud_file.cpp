@@ -374,12 +374,6 @@ CloudFile ReadAny(const std::filesystem::path& file, const std::string& bytes) {
   return ReadPcd(file, bytes);
 }
 
-}  // namespace
-}  // namespace rangegrasp::geometry::internal
-
-namespace rangegrasp::geometry {
-namespace {
-
 /// Scales the points. Rows keep their positions, but a point is either finite or all NaN.
 void Normalize(const std::filesystem::path& file, double unit_m, CloudFile& cloud) {
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
@@ -387,13 +381,13 @@ void Normalize(const std::filesystem::path& file, double unit_m, CloudFile& clou
     p *= unit_m;
     if (!p.allFinite()) {
       p.setConstant(std::numeric_limits<double>::quiet_NaN());
-    } else if (p.cwiseAbs().maxCoeff() > internal::kMaxPoint_m) {  // formatting a name costs time
-      internal::CheckPlace(file, fmt::format("point {} [m]", i), p, internal::kMaxPoint_m);
+    } else if (p.cwiseAbs().maxCoeff() > kMaxPoint_m) {  // formatting a name costs time
+      CheckPlace(file, fmt::format("point {} [m]", i), p, kMaxPoint_m);
     }
   }
   if (!cloud.sensor_origin) return;
   *cloud.sensor_origin *= unit_m;
-  internal::CheckPlace(file, "VIEWPOINT [m]", *cloud.sensor_origin, internal::kMaxPoint_m);
+  CheckPlace(file, "VIEWPOINT [m]", *cloud.sensor_origin, kMaxPoint_m);
 }
 
 constexpr char kColor[] = "rgb";
@@ -418,8 +412,8 @@ std::string PcdBytes(const RangeImage& image, const std::vector<CloudField>& fie
       names, sizes, types, counts, image.samples, image.profiles, origin.x(), origin.y(),
       origin.z(), image.points_C.size());
   for (std::size_t i = 0; i < image.points_C.size(); ++i) {
-    internal::AppendPoint(image.points_C[i], bytes);
-    for (const CloudField& field : fields) internal::AppendRaw(field.values[i], bytes);
+    AppendPoint(image.points_C[i], bytes);
+    for (const CloudField& field : fields) AppendRaw(field.values[i], bytes);
   }
   return bytes;
 }
@@ -427,9 +421,9 @@ std::string PcdBytes(const RangeImage& image, const std::vector<CloudField>& fie
 std::string PlyBytes(const RangeImage& image, const std::vector<CloudField>& fields) {
   const Indices measured =
       PositionsWhere(image.points_C, [](const Eigen::Vector3d& p) { return p.allFinite(); });
-  std::string bytes = internal::PlyVertexHeader(measured.size());
+  std::string bytes = PlyVertexHeader(measured.size());
   for (const CloudField& field : fields) {
-    bytes += field.name == kColor ? internal::kPlyColor : "property uint " + field.name + "\n";
+    bytes += field.name == kColor ? kPlyColor : "property uint " + field.name + "\n";
   }
   if (!image.origins_C.empty()) {
     const Eigen::Vector3d origin = ViewpointOf(image);
@@ -437,13 +431,13 @@ std::string PlyBytes(const RangeImage& image, const std::vector<CloudField>& fie
   }
   bytes += "end_header\n";
   for (const std::uint32_t i : measured) {
-    internal::AppendPoint(image.points_C[i], bytes);
+    AppendPoint(image.points_C[i], bytes);
     for (const CloudField& field : fields) {
       const std::uint32_t value = field.values[i];
       if (field.name == kColor) {
         for (const int shift : {16, 8, 0}) bytes.push_back(static_cast<char>(value >> shift));
       } else {
-        internal::AppendRaw(value, bytes);
+        AppendRaw(value, bytes);
       }
     }
   }
@@ -451,6 +445,9 @@ std::string PlyBytes(const RangeImage& image, const std::vector<CloudField>& fie
 }
 
 }  // namespace
+}  // namespace rangegrasp::geometry::internal
+
+namespace rangegrasp::geometry {
 
 CloudFile ReadCloud(const std::filesystem::path& file, double unit_m) {
   if (!(unit_m > 0.0) || !std::isfinite(unit_m)) {
@@ -458,7 +455,7 @@ CloudFile ReadCloud(const std::filesystem::path& file, double unit_m) {
   }
   const std::string bytes = base::ReadNonEmptyFile(file);
   CloudFile cloud = internal::ReadAny(file, bytes);
-  Normalize(file, unit_m, cloud);
+  internal::Normalize(file, unit_m, cloud);
   if (std::ranges::none_of(cloud.points, [](const auto& p) { return p.allFinite(); })) {
     throw base::InputError(
         fmt::format("{}: none of its {} points is finite", file.string(), cloud.points.size()));
@@ -467,7 +464,7 @@ CloudFile ReadCloud(const std::filesystem::path& file, double unit_m) {
 }
 
 CloudField ColorField(const std::vector<Rgb>& colors) {
-  CloudField field{kColor, {}};
+  CloudField field{internal::kColor, {}};
   for (const auto& [red, green, blue] : colors) {
     field.values.push_back(std::uint32_t{red} << 16 | std::uint32_t{green} << 8 | blue);
   }
@@ -482,8 +479,8 @@ void WriteCloud(const std::filesystem::path& file, const RangeImage& image,
         fmt::format("WriteCloud: field {} has {} values; the image has {} points", field.name,
                     field.values.size(), image.points_C.size()));
   }
-  base::WriteFile(
-      file, base::EndingOf(file) == ".ply" ? PlyBytes(image, fields) : PcdBytes(image, fields));
+  base::WriteFile(file, base::EndingOf(file) == ".ply" ? internal::PlyBytes(image, fields)
+                                                       : internal::PcdBytes(image, fields));
 }
 
 }  // namespace rangegrasp::geometry

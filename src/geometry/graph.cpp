@@ -30,27 +30,21 @@ class Contraction {
 
   UnionFind Run() {
     while (!queue_.empty()) {
-      const Candidate best = queue_.top();
+      const auto [cost, a, b] = queue_.top();
       queue_.pop();
       // A candidate is outdated if its edge was contracted or summed since.
-      const auto edge = neighbors_[best.a].find(best.b);
-      if (edge != neighbors_[best.a].end() && edge->second == best.weight) Join(best.a, best.b);
+      const auto edge = neighbors_[a].find(b);
+      if (edge != neighbors_[a].end() && edge->second == -cost) Join(a, b);
     }
     return std::move(sets_);
   }
 
  private:
-  struct Candidate {
-    double weight;
-    std::uint32_t a;
-    std::uint32_t b;
-    bool operator<(const Candidate& other) const {
-      return std::tuple(weight, other.a, other.b) < std::tuple(other.weight, a, b);
-    }
-  };
+  /// -weight, and the nodes a < b: the least is the next to be contracted.
+  using Candidate = std::tuple<double, std::uint32_t, std::uint32_t>;
 
   void Offer(std::uint32_t a, std::uint32_t b, double weight) {
-    if (weight > 0.0) queue_.push({weight, std::min(a, b), std::max(a, b)});
+    if (weight > 0.0) queue_.emplace(-weight, std::min(a, b), std::max(a, b));
   }
 
   void Join(std::uint32_t a, std::uint32_t b) {
@@ -70,7 +64,7 @@ class Contraction {
 
   UnionFind sets_;
   std::vector<std::map<std::uint32_t, double>> neighbors_;
-  std::priority_queue<Candidate> queue_;
+  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
 };
 
 }  // namespace

@@ -55,8 +55,7 @@ struct WithinSet {
 };
 
 bool Before(const KdTree::Neighbor& a, const KdTree::Neighbor& b) {
-  if (a.squared_distance != b.squared_distance) return a.squared_distance < b.squared_distance;
-  return a.index < b.index;
+  return std::pair(a.squared_distance, a.index) < std::pair(b.squared_distance, b.index);
 }
 
 /// The k nearest within max_m in order, ties by index. k is small, and then a list is faster than a

@@ -102,13 +102,9 @@ TriangleMesh Transformed(const TriangleMesh& mesh_B, const base::Pose& X_AB) {
 }
 
 void Append(const TriangleMesh& other, TriangleMesh& mesh) {
-  // Iterates by index, so that a mesh may be appended to itself.
   const auto shift = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (std::size_t i = 0, n = other.vertices.size(); i < n; ++i) {
-    mesh.vertices.push_back(other.vertices[i]);
-  }
-  for (std::size_t i = 0, n = other.triangles.size(); i < n; ++i) {
-    const auto [a, b, c] = other.triangles[i];
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const auto& [a, b, c] : other.triangles) {
     mesh.triangles.push_back({a + shift, b + shift, c + shift});
   }
 }

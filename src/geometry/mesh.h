@@ -20,7 +20,7 @@ struct TriangleMesh {
 /// The mesh transformed from frame B to frame A.
 TriangleMesh Transformed(const TriangleMesh& mesh_B, const base::Pose& X_AB);
 
-/// Appends `other` to `mesh`.
+/// Appends another mesh to `mesh`.
 void Append(const TriangleMesh& other, TriangleMesh& mesh);
 
 /// The volume [m^3] of a closed mesh (divergence theorem); negative if it is turned inside out.
