@@ -117,10 +117,7 @@ struct KdTree::Impl {
   Tree tree;
 };
 
-KdTree::KdTree(PointSpan points) : impl_(std::make_unique<Impl>(points)) {}
-KdTree::~KdTree() = default;
-KdTree::KdTree(KdTree&&) noexcept = default;
-KdTree& KdTree::operator=(KdTree&&) noexcept = default;
+KdTree::KdTree(PointSpan points) : impl_(std::make_shared<Impl>(points)) {}
 
 void KdTree::Nearest(const Eigen::Vector3d& query, std::size_t k, std::vector<Neighbor>& out,
                      double max_m) const {

@@ -22,9 +22,6 @@ class KdTree {
   /// O(n log n). Points must be finite.
   /// @throws std::invalid_argument if a point is not finite.
   explicit KdTree(PointSpan points);
-  ~KdTree();
-  KdTree(KdTree&&) noexcept;
-  KdTree& operator=(KdTree&&) noexcept;
 
   /// The k points nearest to the query, ascending by distance (fewer if the tree has fewer). A
   /// query that is itself a point of the tree finds itself first. Only points with distance <=
@@ -39,7 +36,7 @@ class KdTree {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<const Impl> impl_;
 };
 
 /// Distances of points to their nearest other one (section 5.1.2: d_max, d_a; eq. 4.5-4.6).

@@ -119,7 +119,7 @@ struct RayCaster::Embree {
 
 RayCaster::RayCaster(std::span<const TriangleMesh* const> meshes) {
   for (std::size_t i = 0; i < meshes.size(); ++i) CheckMesh(*meshes[i], i);
-  embree_ = std::make_unique<Embree>();
+  embree_ = std::make_shared<Embree>();
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     embree_->Attach(*meshes[i], static_cast<unsigned>(i));
   }
@@ -128,8 +128,6 @@ RayCaster::RayCaster(std::span<const TriangleMesh* const> meshes) {
     throw base::RunError("Embree: the scene could not be built");
   }
 }
-
-RayCaster::~RayCaster() = default;
 
 void RayCaster::FirstHits(std::span<const Ray> rays, std::vector<Hit>& hits) const {
   hits.resize(rays.size());

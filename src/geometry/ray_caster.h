@@ -36,7 +36,7 @@ struct Hit {
   bool found() const { return mesh != kNone; }
 };
 
-/// Ray queries on a set of meshes in one frame W, which are copied. It owns an Embree device that
+/// Ray queries on a set of meshes in one frame W, which are copied. It has an Embree device that
 /// uses only the calling thread, so that it can be created in a forked process. Consecutive rays
 /// should be close in space: they are traced 16 at a time.
 class RayCaster {
@@ -44,9 +44,6 @@ class RayCaster {
   /// @throws std::invalid_argument naming the mesh and the vertex that is not finite, or the
   /// triangle with a vertex that does not exist.
   explicit RayCaster(std::span<const TriangleMesh* const> meshes);
-  ~RayCaster();
-  RayCaster(const RayCaster&) = delete;
-  RayCaster& operator=(const RayCaster&) = delete;
 
   /// The first surface that each ray hits. O(log triangles) per ray.
   void FirstHits(std::span<const Ray> rays, std::vector<Hit>& hits) const;
@@ -55,7 +52,7 @@ class RayCaster {
 
  private:
   struct Embree;
-  std::unique_ptr<Embree> embree_;
+  std::shared_ptr<Embree> embree_;
 };
 
 /// The print (texture) of a surface, row by row from v = 0.

@@ -56,14 +56,14 @@ std::string KindOf(int color_type, int bits) {
 
 /// State of libpng while an image is read or written.
 struct State {
-  explicit State(std::string_view file)
-      : bytes(file), png(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, OnError, OnWarning)) {
-    MakeInfo();
-  }
-  explicit State(std::string* out)
-      : written(out),
-        png(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, OnError, OnWarning)) {
-    MakeInfo();
+  /// @param out  receives the written bytes; null: reads `file`
+  explicit State(std::string_view file, std::string* out = nullptr)
+      : bytes(file),
+        written(out),
+        png(out ? png_create_write_struct(PNG_LIBPNG_VER_STRING, this, OnError, OnWarning)
+                : png_create_read_struct(PNG_LIBPNG_VER_STRING, this, OnError, OnWarning)),
+        info(png ? png_create_info_struct(png) : nullptr) {
+    if (!info) throw base::RunError("libpng cannot be initialised");
   }
   ~State() {
     if (written) {
@@ -75,10 +75,6 @@ struct State {
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
-  void MakeInfo() {
-    info = png ? png_create_info_struct(png) : nullptr;
-    if (!info) throw base::RunError("libpng cannot be initialised");
-  }
   static void OnError(png_structp png, png_const_charp text) {
     auto* state = static_cast<State*>(png_get_error_ptr(png));
     std::snprintf(state->error.data(), state->error.size(), "%s", text);
@@ -86,11 +82,11 @@ struct State {
   }
   static void OnWarning(png_structp, png_const_charp) {}
 
-  std::string_view bytes;          // reading: the remaining bytes
-  std::string* written = nullptr;  // writing: the output
+  std::string_view bytes;  // reading: the remaining bytes
+  std::string* written;    // writing: the output
   std::array<char, 160> error{};
   png_structp png;
-  png_infop info = nullptr;
+  png_infop info;
 };
 
 void ReadBytes(png_structp png, png_bytep out, std::size_t count) {
@@ -243,7 +239,7 @@ std::string EncodePng(const Picture& picture) {
   }
   std::vector<png_bytep> rows = RowsOf(values.data(), height, width * Format::kChannels);
   std::string written;
-  State writer(&written);
+  State writer("", &written);
   if (!WriteRows(writer, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
                  Format::kBits, Format::kColorType, rows.data())) {
     throw base::RunError(std::string("libpng: ") + writer.error.data());

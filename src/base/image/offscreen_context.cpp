@@ -94,8 +94,6 @@ OffscreenContext::OffscreenContext(int width_px, int height_px)
   MakeCurrent();
 }
 
-OffscreenContext::~OffscreenContext() = default;
-
 void OffscreenContext::MakeCurrent() {
   if (context_ &&
       Gl().make_current(context_.get(), rgba_.data(), GL_UNSIGNED_BYTE, width_px_, height_px_)) {

@@ -22,9 +22,6 @@ class OffscreenContext {
   /// Makes the context current. @throws base::RunError if it cannot be created; base::NotInstalled
   /// without OSMesa; std::invalid_argument for a size that is not positive.
   OffscreenContext(int width_px, int height_px);
-  ~OffscreenContext();
-  OffscreenContext(const OffscreenContext&) = delete;
-  OffscreenContext& operator=(const OffscreenContext&) = delete;
 
   /// Directs all further drawing to this context. @throws base::RunError if OSMesa fails.
   void MakeCurrent();

@@ -222,8 +222,6 @@ class Guard {
     err = NotBlocking(std::move(error.out));
   }
   ~Guard() { Kill(); }
-  Guard(const Guard&) = delete;
-  Guard& operator=(const Guard&) = delete;
 
   /// The program's exit code, or 128 plus the signal that killed it; -1 while it runs.
   int ExitCode() {

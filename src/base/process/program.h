@@ -54,8 +54,6 @@ class Feed {
   /// @throws base::RunError if no process or pipe can be created.
   Feed(const Program& program, std::string name);
   ~Feed();
-  Feed(const Feed&) = delete;
-  Feed& operator=(const Feed&) = delete;
 
   /// @throws base::RunError with the end of its stderr if it has ended or accepts no more bytes.
   void Write(std::span<const std::uint8_t> bytes);
