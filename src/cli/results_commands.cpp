@@ -249,7 +249,7 @@ void AddCompare(CLI::App& app) {
   command->footer(
       "Example: rangegrasp compare results/laser_single results/laser_single_as_published");
   command->callback([first, second] {
-    const auto c = CompareSuccesses(*first, *second);
+    const auto c = experiment::CompareRuns(*first, *second);
     if (!c.warning.empty()) spdlog::warn(c.warning);
     const auto percent = [&](int only) { return 100.0 * (c.both + only) / c.pairs; };
     WriteResult(fmt::format(

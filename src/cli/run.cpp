@@ -376,14 +376,4 @@ experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const st
   return e;
 }
 
-experiment::RunComparison CompareSuccesses(const fs::path& first, const fs::path& second) {
-  auto compared = experiment::CompareRuns(first, second);
-  if (compared.success.empty()) {
-    throw base::InputError(first.string() +
-                           ": its task has no outcome that counts as success; compare the tables "
-                           "(`rangegrasp table`)");
-  }
-  return compared;
-}
-
 }  // namespace rangegrasp::cli

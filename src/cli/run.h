@@ -66,9 +66,4 @@ bool& HasPythonDetector();
 experiment::Experiment ReopenExperiment(const experiment::Stamp& stamp, const std::string& folder,
                                         bool run_detector);
 
-/// experiment::CompareRuns of a task that counts successes.
-/// @throws base::InputError as CompareRuns, and naming a folder if its task does not.
-experiment::RunComparison CompareSuccesses(const std::filesystem::path& first,
-                                           const std::filesystem::path& second);
-
 }  // namespace rangegrasp::cli

@@ -288,6 +288,11 @@ RunComparison CompareRuns(const fs::path& first, const fs::path& second) {
                                        first.string(), kind.name));
   }
   const std::string success = SuccessOf(kind, one.stamp);
+  if (success.empty()) {
+    throw base::InputError(first.string() +
+                           ": its task has no outcome that counts as success; compare the tables "
+                           "(`rangegrasp table`)");
+  }
   RunComparison compared{Compare(one.records, two.records, success), success, {}, {}};
   if (compared.pairs == 0) {
     throw base::InputError(

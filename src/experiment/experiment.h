@@ -86,7 +86,8 @@ struct RunComparison : Comparison {
   std::string warning;  ///< empty unless the two are runs of different experiments
   std::vector<KeyDifference> keys;
 };
-/// @throws base::InputError naming the folders if their tasks differ or they share no case.
+/// @throws base::InputError naming the folders if their tasks differ or count no successes, or if
+/// they share no case.
 RunComparison CompareRuns(const std::filesystem::path& first, const std::filesystem::path& second);
 
 /// The case with an id. @throws base::InputError naming the nearest id.

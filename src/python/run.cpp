@@ -139,7 +139,7 @@ nb::list Records(const std::string& folder) {
 }
 
 nb::dict Compare(const std::string& first, const std::string& second) {
-  const auto c = cli::CompareSuccesses(first, second);
+  const auto c = experiment::CompareRuns(first, second);
   if (!c.warning.empty() && PyErr_WarnEx(PyExc_UserWarning, c.warning.c_str(), 1) < 0) {
     throw nb::python_error();
   }
