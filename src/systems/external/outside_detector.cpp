@@ -207,10 +207,11 @@ class AnsweringDetector : public Detector {
     const auto workspace = grasp::WorkspaceOf(robot_, options_.workspace_margin_m);
     Scene scene = perception::PerceiveTable(observation, options_.perception, rng, workspace);
     detected.seconds.emplace_back("table", watch.Restart());
-    const Answered answered =
-        ask_({observation, robot_, scene.sampling.noise_m, options_.workspace_margin_m, seed});
-    detected.seconds.emplace_back("detector", watch.Restart());
+    Answered answered;
     try {
+      answered =
+          ask_({observation, robot_, scene.sampling.noise_m, options_.workspace_margin_m, seed});
+      detected.seconds.emplace_back("detector", watch.Restart());
       if (!answered.text) throw DetectorFailed(answered.failure);
       const Answer answer = internal::ParseAnswer(*answered.text, observation);
       Understand(answer, answered.folder->path(), observation, turn, scene, detected);
@@ -389,24 +390,6 @@ class AnsweringDetector : public Detector {
   SceneObserver observer_;
 };
 
-Answered AskProgram(const OutsideOptions& outside, const Question& question) {
-  auto folder = std::make_unique<process::OwnFolder>();
-  const std::string line = internal::WriteFiles(question, folder->path());
-  process::Reply reply = process::Ask(ProgramOf(outside, folder->path()), line);
-  return {std::move(folder), std::move(reply.line), std::move(reply.failure),
-          reply.last_words.empty() ? "" : "; stderr: " + reply.last_words};
-}
-
-Answered AskFunction(const AnswerFunction& answer, const Question& question) {
-  Answered answered{std::make_unique<process::OwnFolder>(), {}, {}, {}};
-  try {
-    answered.text = answer(question);
-  } catch (const DetectorFailed& e) {
-    answered.failure = e.what();
-  }
-  return answered;
-}
-
 }  // namespace
 
 std::uint64_t DrawSeed(base::Rng& rng) {
@@ -435,19 +418,23 @@ void ReadOutside(YamlMap map, OutsideOptions& options) {
 std::unique_ptr<Detector> MakeOutsideDetector(const OutsideOptions& outside,
                                               const grasp::DetectorOptions& options,
                                               const robot::Robot& robot, SceneObserver observer) {
-  return std::make_unique<AnsweringDetector>(
-      [outside](const Question& question) { return AskProgram(outside, question); }, options, robot,
-      std::move(observer));
+  const auto ask = [outside](const Question& question) -> Answered {
+    auto folder = std::make_unique<process::OwnFolder>();
+    const std::string line = internal::WriteFiles(question, folder->path());
+    process::Reply reply = process::Ask(ProgramOf(outside, folder->path()), line);
+    return {std::move(folder), std::move(reply.line), std::move(reply.failure),
+            reply.last_words.empty() ? "" : "; stderr: " + reply.last_words};
+  };
+  return std::make_unique<AnsweringDetector>(ask, options, robot, std::move(observer));
 }
 
 std::unique_ptr<Detector> MakeFunctionDetector(AnswerFunction answer,
                                                const grasp::DetectorOptions& options,
                                                const robot::Robot& robot, SceneObserver observer) {
-  return std::make_unique<AnsweringDetector>(
-      [answer = std::move(answer)](const Question& question) {
-        return AskFunction(answer, question);
-      },
-      options, robot, std::move(observer));
+  const auto ask = [answer = std::move(answer)](const Question& question) {
+    return Answered{std::make_unique<process::OwnFolder>(), answer(question), {}, {}};
+  };
+  return std::make_unique<AnsweringDetector>(ask, options, robot, std::move(observer));
 }
 
 }  // namespace rangegrasp::external
