@@ -15,7 +15,6 @@
 #include "base/file.h"
 #include "base/installation.h"
 #include "base/pattern.h"
-#include "experiment/internal/stamps.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -78,8 +77,7 @@ std::string HashOf(const std::string& text, const std::vector<std::string>& set,
   auto lines = base::Split(text, '\n');
   lines.insert(lines.end(), set.begin(), set.end());
   for (const std::string& line : lines) {
-    if (internal::SetsSeedOrTrials(line, kind.trials_key)) continue;
-    hash = base::Fnv1a(line + "\n", hash);
+    if (!SetsSeedOrTrials(line, kind.trials_key)) hash = base::Fnv1a(line + "\n", hash);
   }
   return base::Hex(hash);
 }
@@ -101,12 +99,12 @@ void KeepGroups(const std::vector<std::string>& wanted, const fs::path& file,
                 [&](const Case& c) { return std::ranges::find(wanted, c.group) == wanted.end(); });
 }
 
-void CheckIds(const std::vector<Case>& cases, const fs::path& file) {
+void SetPositions(std::vector<Case>& cases, const fs::path& file) {
   std::set<std::string> seen;
-  for (const Case& c : cases) {
-    if (!seen.insert(c.id).second) {
-      throw base::InputError(file.string() + ": case '" + c.id + "' is given twice");
-    }
+  for (Case& c : cases) {
+    c.position = static_cast<int>(seen.size());
+    if (seen.insert(c.id).second) continue;
+    throw base::InputError(file.string() + ": case '" + c.id + "' is given twice");
   }
 }
 
@@ -152,8 +150,7 @@ Experiment Open(const std::string& text, const fs::path& file, const Changes& ch
   e.task = e.kind->read(map, e.common);
   if (!e.task) return e;
   e.cases = e.task->Cases();
-  CheckIds(e.cases, file);
-  for (std::size_t i = 0; i < e.cases.size(); ++i) e.cases[i].position = static_cast<int>(i);
+  SetPositions(e.cases, file);
   KeepGroups(changes.groups, file, e.cases);
   e.stamp.identity = {{"experiment", e.common.name},
                       {"task", e.kind->name},
@@ -250,8 +247,7 @@ std::map<std::string, std::string> KeysOf(const Stamp& stamp) {
   const std::string name = "experiment_text";
   auto values = YamlMap::FromText(Need(stamp.data, name), name, SetOf(stamp)).Values();
   const std::string trials = KindOf(stamp).trials_key;
-  std::erase_if(values,
-                [&](const auto& of) { return internal::SetsSeedOrTrials(of.first, trials); });
+  std::erase_if(values, [&](const auto& of) { return SetsSeedOrTrials(of.first, trials); });
   return values;
 }
 

@@ -9,7 +9,6 @@
 
 #include "base/error.h"
 #include "base/words.h"
-#include "experiment/internal/stamps.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -156,6 +155,17 @@ std::string TitleOf(const Stamp& stamp, const std::string& group) {
   return ValueOr(stamp.data, kTitlePrefix + group, group);
 }
 
+bool SetsSeedOrTrials(std::string_view line, std::string_view trials_key) {
+  const auto key = line.substr(0, line.find_first_of("=:"));
+  return key == "seed" || key == trials_key;
+}
+
+void AddCommit(const std::string& commit, Stamp& stamp) {
+  if (commit.empty() || commit == ValueOr(stamp.build, "commit", "")) return;
+  std::string& others = stamp.build["resumed_with"];
+  if (others.find(commit) == std::string::npos) others += (others.empty() ? "" : ",") + commit;
+}
+
 namespace {
 
 // Lines of an experiment file that a message shows.
@@ -170,8 +180,7 @@ std::vector<std::string> DecidingLines(const Stamp& stamp, const char* name,
   for (std::string& line : lines) line.erase(line.find_last_not_of(" \t\r") + 1);
   std::erase_if(lines, [&](const std::string& line) {
     const auto first = line.find_first_not_of(" \t");
-    return first == std::string::npos || line[first] == '#' ||
-           internal::SetsSeedOrTrials(line, trials);
+    return first == std::string::npos || line[first] == '#' || SetsSeedOrTrials(line, trials);
   });
   return lines;
 }

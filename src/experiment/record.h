@@ -98,6 +98,14 @@ inline constexpr const char* kTitlePrefix = "title.";
 /// The title of a group, or the group itself if it has none.
 std::string TitleOf(const Stamp& stamp, const std::string& group);
 
+/// Whether a line of an experiment file ("seed: 1") or of --set ("seed=1") sets the seed or the
+/// number of trials, which the experiment's hash leaves out: each is a value of the stamp.
+bool SetsSeedOrTrials(std::string_view line, std::string_view trials_key);
+
+/// Adds a commit to those that made a run's rows besides the first one, so that rows from different
+/// commits do not look as if they came from one commit.
+void AddCommit(const std::string& commit, Stamp& stamp);
+
 /// Experiment files that differ only in lines that are comments are the same.
 /// @throws base::InputError that begins with `where`, names the first value that differs, and ends
 /// with what to do.

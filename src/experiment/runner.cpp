@@ -24,7 +24,6 @@
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "base/words.h"
-#include "experiment/internal/stamps.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -224,14 +223,6 @@ std::vector<pollfd> Wait(const std::vector<std::unique_ptr<Worker>>& running,
   return waits;
 }
 
-// The new stamp with the builds that made the stored rows and will make the others.
-Stamp WithBuildOf(const Stamp& stored, Stamp now) {
-  const std::string is = now.build["commit"];
-  now.build = stored.build;
-  internal::AddCommit(is, now);
-  return now;
-}
-
 // The stored records with the cases of a run that may have more of them.
 std::vector<Record> Replaced(std::vector<Record> records, const std::vector<Case>& cases,
                              const std::string& where) {
@@ -339,7 +330,10 @@ Stamp Resume(Store& store, const Stamp& now, const std::vector<Case>& cases,
   if (stored.identity != now.identity) {
     for (const Record& record : Replaced(store.ReadAll(), cases, where)) store.Write(record);
   }
-  return WithBuildOf(stored, now);
+  Stamp resumed = now;
+  resumed.build = stored.build;
+  AddCommit(ValueOr(now.build, "commit", ""), resumed);
+  return resumed;
 }
 
 std::vector<Case> InTurn(const std::vector<Case>& cases) {

@@ -19,7 +19,6 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/words.h"
-#include "experiment/internal/stamps.h"
 
 namespace rangegrasp::experiment {
 namespace {
@@ -64,9 +63,6 @@ std::string HolderIn(int descriptor) {
   return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "another process";
 }
 
-// Whether a character is special in the URI file names of SQLite.
-bool IsSpecial(char c) { return c == '%' || c == '?' || c == '#'; }
-
 struct Database {
   fs::path file;
   sqlite3* handle = nullptr;
@@ -107,9 +103,9 @@ struct Database {
   // unless it reads the file unchanged and without a log (`as_it_is`).
   bool Reads(bool as_it_is) {
     sqlite3_close(handle);
-    std::string name = "file:";
+    std::string name = "file:";  // a URI, in which some characters are special
     for (const char c : file.string())
-      name += IsSpecial(c) ? fmt::format("%{:02x}", c) : std::string(1, c);
+      name += std::strchr("%?#", c) ? fmt::format("%{:02x}", c) : std::string(1, c);
     if (as_it_is) name += "?immutable=1";
     if (sqlite3_open_v2(name.c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr) !=
         SQLITE_OK) {
@@ -240,7 +236,7 @@ void Join(const Stamp& stamp, const std::string& folder, Stamp& pooled) {
   pooled.identity["cases"] = std::to_string(cases);
   const auto of = [&](const char* name) { return ValueOr(stamp.build, name, ""); };
   for (const std::string& commit : base::Split(of("commit") + "," + of("resumed_with"), ',')) {
-    internal::AddCommit(commit, pooled);
+    AddCommit(commit, pooled);
   }
 }
 
