@@ -190,15 +190,13 @@ std::vector<ListEntry> Keys() {
   return entries;
 }
 
-std::string KeysPage() { return kKeysPage + experiment::KeysAsMarkdown(); }
-
 std::vector<Listing>& Listings() {
   static std::vector<Listing> listings = {
       {"kinds", "kinds of experiments", Kinds},
       {"experiments", "experiments installed with the program", Experiments},
       {"tables", "published tables, for `reproduce`", Tables},
       {"keys", "every key of experiment files: the page docs/experiment-file.md", Keys, false,
-       KeysPage}};
+       [] { return kKeysPage + experiment::KeysAsMarkdown(); }}};
   return listings;
 }
 

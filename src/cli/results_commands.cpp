@@ -58,9 +58,10 @@ void AddTable(CLI::App& app) {
 // ---- trial ----
 
 struct TrialArguments {
-  std::string folder, video, camera;
+  std::string folder;
   std::vector<std::string> ids;
-  bool snapshots = false, json = false, run_detector = false;
+  experiment::ReplayOptions replay;
+  bool json = false, run_detector = false;
 };
 
 std::string Short(const nlohmann::ordered_json& value) {
@@ -124,7 +125,7 @@ std::string ListOf(std::vector<Record> records, const Stamp& stamp) {
 }
 
 void List(const TrialArguments& arguments) {
-  if (arguments.snapshots || !arguments.video.empty()) {
+  if (arguments.replay.snapshots || !arguments.replay.video.empty()) {
     throw base::InputError("--snapshots and --video need an id; `rangegrasp trial " +
                            arguments.folder + "` lists the ids");
   }
@@ -161,34 +162,31 @@ void CheckWritable(const fs::path& folder) {
   if (fresh) fs::remove(folder);  // some tasks have no pictures
 }
 
-void ReplayAll(const TrialArguments& arguments) {
-  if (!arguments.video.empty()) CheckEnding(arguments.video, {".mp4"});
-  if (!arguments.camera.empty() && !arguments.snapshots && arguments.video.empty()) {
+void ReplayAll(TrialArguments arguments) {
+  experiment::ReplayOptions& options = arguments.replay;
+  const bool has_video = !options.video.empty();
+  if (has_video) CheckEnding(options.video, {".mp4"});
+  if (!options.camera.empty() && !options.snapshots && !has_video) {
     throw base::InputError("--camera needs --snapshots or --video");
   }
   if (arguments.ids.empty()) return List(arguments);
-  if (!arguments.video.empty() && arguments.ids.size() > 1) {
+  if (has_video && arguments.ids.size() > 1) {
     throw base::InputError("--video shows one trial: give one id");
   }
   const Store store = Store::Open(arguments.folder);
   const auto e = ReopenExperiment(store.ReadStamp(), arguments.folder, arguments.run_detector);
   std::vector<const experiment::Case*> cases;
   for (const std::string& id : arguments.ids) cases.push_back(&CaseOf(e, id));
-  const experiment::ReplayOptions options{.folder = fs::path(arguments.folder) / "snapshots",
-                                          .snapshots = arguments.snapshots,
-                                          .video = arguments.video,
-                                          .camera = arguments.camera};
-  if (arguments.snapshots) CheckWritable(options.folder);
-  if (!arguments.video.empty()) base::MakeFolderOf(arguments.video);
+  options.folder = fs::path(arguments.folder) / "snapshots";
+  if (options.snapshots) CheckWritable(options.folder);
+  if (has_video) base::MakeFolderOf(options.video);
   e.task->Hide(arguments.folder);
-  if (!arguments.video.empty()) {
-    spdlog::info("drawing the video: two minutes without a graphics card");
-  }
+  if (has_video) spdlog::info("drawing the video: two minutes without a graphics card");
   for (const experiment::Case* which : cases) Replay(e, store, *which, options, arguments.json);
-  if (!arguments.video.empty()) spdlog::info("video in {}", arguments.video);
-  if (arguments.snapshots && fs::exists(options.folder)) {
+  if (has_video) spdlog::info("video in {}", options.video.string());
+  if (options.snapshots && fs::exists(options.folder)) {
     spdlog::info("pictures in {}", options.folder.string());
-  } else if (arguments.snapshots) {
+  } else if (options.snapshots) {
     spdlog::warn("task {} has no pictures of {}", e.kind->name, base::Join(arguments.ids));
   }
 }
@@ -203,13 +201,13 @@ void AddTrial(CLI::App& app) {
                       "ids of cases, e.g. coffee_cup-0003 (default: list the run's cases, failed "
                       "ones first)");
   command->add_flag(
-      "--snapshots", a->snapshots,
+      "--snapshots", a->replay.snapshots,
       "write pictures and files of every stage into <folder>/snapshots, with an overview sheet");
   command->add_option(
-      "--video", a->video,
+      "--video", a->replay.video,
       "write an MP4 of one case: the scene, the perceived objects, the state (needs ffmpeg)");
   command->add_option(
-      "--camera", a->camera,
+      "--camera", a->replay.camera,
       "camera of the scene for --snapshots and --video (default: one that keeps hand and "
       "object in view)");
   command->add_flag("--json", a->json, "print the whole records as JSON, a line each");
