@@ -37,29 +37,17 @@ struct BringArguments {
   experiment::Changes changes;
 };
 
-/// An object's run.
-const experiment::Case& RunOf(const std::string& object, const experiment::Experiment& opened) {
-  for (const auto& one : opened.cases) {
-    if (one.group == object) return one;
-  }
-  const auto known = experiment::GroupsOf(opened.cases);
-  throw base::InputError(fmt::format(
-      "{}: has no '{}'{} (its objects are {}; others need an experiment file that lists them: "
-      "--experiment FILE)",
-      opened.common.file.string(), object, base::Suggestion(object, known, "; did you mean '{}'?"),
-      base::Join(known)));
-}
-
 void BringIt(const BringArguments& a) {
   experiment::Changes changes = a.changes;
   if (!a.arrangement.empty()) changes.set.push_back("arrangement=" + a.arrangement);
   changes.trials = 1;
+  changes.groups = {a.object};
   const auto file = base::FindExperiment(a.experiment);
   const auto opened = experiment::OpenExperiment(file, changes, RefuseErrors(file));
   if (opened.kind->name != bring::BringTask().name) {
     throw base::InputError("the experiment has another task; write `task: bring` into it");
   }
-  const experiment::Case& which = RunOf(a.object, opened);
+  const experiment::Case& which = opened.cases.front();
   experiment::ReplayOptions pictures;
   pictures.folder = a.pictures;
   pictures.snapshots = !a.pictures.empty();
