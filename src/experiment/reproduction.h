@@ -84,7 +84,6 @@ struct ReproducedTable {
 struct Reproduction {
   bool is_short = false;  ///< few trials: only shows that everything runs, without verdicts
   std::vector<ReproducedTable> tables;
-  Stamp stamp;  ///< stamp of the program, for the last line
 };
 
 /// The page: a summary of the tables, then each table with its rows; the tests in words are below.

@@ -116,7 +116,7 @@ using testing::Not;
 // A complete table with one better and one worse figure, one that was begun, one without results,
 // and one that cannot be run.
 Reproduction Some(bool is_short) {
-  Reproduction all{is_short, {}, {}};
+  Reproduction all{is_short, {}};
   all.tables.push_back({.number = "5.2", .title = "alone", .experiment = "single"});
   all.tables[0].done = all.tables[0].cases = 20;
   std::vector<PublishedFigure> figures = {RateOf({10, 10}, {0, 10}), RateOf({0, 10}, {10, 10})};
@@ -133,7 +133,7 @@ Reproduction Some(bool is_short) {
 }
 
 std::string TextOf(const Reproduction& all) {
-  return Format(PageOf(all), all.stamp, TableFormat::kMarkdown);
+  return Format(PageOf(all), {}, TableFormat::kMarkdown);
 }
 
 TEST(Page, TellsOfEachTableHowFarItIsAndWhyItIsNotThere) {

@@ -37,25 +37,6 @@ struct ReproduceArguments {
   }
 };
 
-// The tables, each experiment only once.
-std::vector<PublishedTable> RunsOf(const std::vector<PublishedTable>& tables) {
-  std::vector<PublishedTable> runs;
-  for (const PublishedTable& table : tables) {
-    const auto same = std::ranges::find(runs, table.experiment, &PublishedTable::experiment);
-    if (same == runs.end()) runs.push_back(table);
-  }
-  return runs;
-}
-
-// Names the tables that an experiment produces, e.g. "table 3.3, 3.5".
-std::string NameOf(const PublishedTable& run, const std::vector<PublishedTable>& tables) {
-  std::vector<std::string> numbers;
-  for (const PublishedTable& table : tables) {
-    if (table.experiment == run.experiment) numbers.push_back(table.number);
-  }
-  return "table " + base::Join(numbers);
-}
-
 // The experiment's own message names a key that this command does not have.
 void CheckBenchmark(const fs::path& folder) {
   for (const char* part : {"off", "seg"}) {
@@ -109,33 +90,37 @@ class Reproducer {
         seeds_(SeedsFrom(arguments_.seeds)),
         tables_(experiment::ChosenTables(arguments_.tables)) {}
 
-  void RunAll() {
-    for (const PublishedTable& run : RunsOf(tables_)) {
-      spdlog::info("{}: {}, {} of them done", NameOf(run, tables_),
-                   base::Counted(CasesOf(run), "case"), StoredOf(run));
+  void Run() {
+    const fs::path page = arguments_.Folder() / "reproduced.md";
+    for (const PublishedTable& run : tables_) {
+      // Tables of one experiment share its run.
+      if (&*std::ranges::find(tables_, run.experiment, &PublishedTable::experiment) != &run) {
+        continue;
+      }
+      spdlog::info("{}: {}, {} of them done", NameOf(run), base::Counted(CasesOf(run), "case"),
+                   StoredOf(run));
       RunOne(run);
-      WritePage();
+      WriteResult(experiment::Format(Page(), stamp_, experiment::TableFormat::kMarkdown), page);
     }
-  }
-
-  // Reports an error if none of the requested tables can be run.
-  void CheckThatSomeWereRun() const {
-    const auto all = Read(tables_);
-    if (std::ranges::any_of(all.tables, [](const auto& table) { return table.left_out.empty(); })) {
-      return;
+    const auto all = Read(tables_).tables;
+    if (std::ranges::none_of(all, [](const auto& table) { return table.left_out.empty(); })) {
+      throw base::InputError("none of these tables can be run: " + all.front().left_out);
     }
-    throw base::InputError("none of these tables can be run: " + all.tables.front().left_out);
+    WriteTables(Page(), stamp_, TableFormatFrom(arguments_.format));
+    spdlog::info("the page is {}", page.string());
+    if (!failed_.empty()) throw base::RunError(base::Join(failed_, "\n"));
   }
-
-  experiment::Report Page() const { return experiment::PageOf(Read(Shown())); }
-  experiment::Stamp Stamp() const {
-    return {{{"experiment", "reproduce"}},
-            {{"version", base::Version()}, {"commit", base::Commit()}},
-            {}};
-  }
-  const std::vector<std::string>& failed() const { return failed_; }
 
  private:
+  experiment::Report Page() const { return experiment::PageOf(Read(Shown())); }
+  // Names the tables that an experiment produces, e.g. "table 3.3, 3.5".
+  std::string NameOf(const PublishedTable& run) const {
+    std::vector<std::string> numbers;
+    for (const PublishedTable& table : tables_) {
+      if (table.experiment == run.experiment) numbers.push_back(table.number);
+    }
+    return "table " + base::Join(numbers);
+  }
   fs::path FolderOf(const PublishedTable& table) const {
     return arguments_.Folder() / table.experiment;
   }
@@ -154,11 +139,9 @@ class Reproducer {
   // Whether an earlier command ran the table into the same folder, short as this one or not.
   bool WasRun(const PublishedTable& table) const {
     const auto folder = experiment::StoresIn(FolderOf(table)).front();
-    if (!Store::Exists(folder)) return false;
-    const auto stamp = Store::Open(folder).ReadStamp();
-    const auto cases = stamp.identity.find("cases");
-    return cases != stamp.identity.end() &&
-           cases->second == std::to_string(table.Cases(arguments_.is_short));
+    return Store::Exists(folder) &&
+           experiment::ValueOr(Store::Open(folder).ReadStamp().identity, "cases", "") ==
+               std::to_string(table.Cases(arguments_.is_short));
   }
   // The page shows all tables of the folder, as several commands may have filled it.
   std::vector<PublishedTable> Shown() const {
@@ -183,17 +166,17 @@ class Reproducer {
       const auto file = base::FindExperiment(run.experiment);
       const auto changes = ChangesOf(run, arguments_);
       const Ran ran = RunExperiment(file, changes, SeedsOf(run), FolderOf(run), options);
-      if (!ran.failed.empty()) failed_.push_back(NameOf(run, tables_) + ": " + ran.failed);
+      if (!ran.failed.empty()) failed_.push_back(NameOf(run) + ": " + ran.failed);
     } catch (const base::NotBuilt&) {
       throw;  // the user may build it; finished cases are kept
     } catch (const base::InputError& error) {
       left_out_[run.experiment] = error.what();
-      spdlog::warn("{} is left out: {}", NameOf(run, tables_), error.what());
+      spdlog::warn("{} is left out: {}", NameOf(run), error.what());
     }
   }
 
   Reproduction Read(const std::vector<PublishedTable>& tables) const {
-    Reproduction all{arguments_.is_short, {}, Stamp()};
+    Reproduction all{arguments_.is_short, {}};
     for (const PublishedTable& table : tables) {
       ReproducedTable one{.number = table.number,
                           .title = table.title,
@@ -210,26 +193,15 @@ class Reproducer {
     return all;
   }
 
-  void WritePage() const {
-    WriteResult(experiment::Format(Page(), Stamp(), experiment::TableFormat::kMarkdown),
-                arguments_.Folder() / "reproduced.md");
-  }
-
+  const experiment::Stamp stamp_ = {{{"experiment", "reproduce"}},
+                                    {{"version", base::Version()}, {"commit", base::Commit()}},
+                                    {}};
   ReproduceArguments arguments_;
   std::vector<std::uint64_t> seeds_;
   std::vector<PublishedTable> tables_;
   std::map<std::string, std::string> left_out_;  // experiment -> reason
   std::vector<std::string> failed_;
 };
-
-void Reproduce(const ReproduceArguments& arguments) {
-  Reproducer reproducer(arguments);
-  reproducer.RunAll();
-  reproducer.CheckThatSomeWereRun();
-  WriteTables(reproducer.Page(), reproducer.Stamp(), TableFormatFrom(arguments.format));
-  spdlog::info("the page is {}", (arguments.Folder() / "reproduced.md").string());
-  if (!reproducer.failed().empty()) throw base::RunError(base::Join(reproducer.failed(), "\n"));
-}
 
 }  // namespace
 
@@ -255,7 +227,7 @@ void AddReproduceCommand(CLI::App& app) {
                       "folder of the Princeton Segmentation Benchmark, for table 6.1");
   AddFormatOption(*command, a->format);
   command->footer("Example: rangegrasp reproduce --short 5.2 5.3");
-  command->callback([a] { Reproduce(*a); });
+  command->callback([a] { Reproducer(*a).Run(); });
 }
 
 }  // namespace rangegrasp::cli
