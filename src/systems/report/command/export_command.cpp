@@ -8,7 +8,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -81,20 +80,17 @@ ordered_json ObjectsOf(const trial::Arrangement& arranged) {
   return objects;
 }
 
-// The label of most samples of a perceived object; 0 is the scene.
-int LabelOf(const grasp::DetectedObject& object, const Sensed& sensed) {
-  return trial::MainObject(object.samples, sensed).value_or(-1) + 1;
-}
-
 // All candidates; those that the hand did not try have no outcome.
 ordered_json GraspsOf(const Attempt& attempt, const Sensed& sensed) {
   const grasp::Detection& detection = attempt.detected.detection;
   ordered_json grasps = ordered_json::array();
   for (std::size_t i = 0; i < detection.grasps.size(); ++i) {
     const grasp::DetectedGrasp& g = detection.grasps[i];
+    const auto& samples = detection.objects.at(g.object).samples;
+    const int label = trial::MainObject(samples, sensed).value_or(-1) + 1;  // 0 is the scene
     ordered_json outcome;
     if (attempt.executed == i) outcome = base::Word(attempt.outcome);
-    grasps.push_back({{"label", LabelOf(detection.objects.at(g.object), sensed)},
+    grasps.push_back({{"label", label},
                       {"type", base::Word(g.type)},
                       {"X_WH", JsonOf(g.X_CH)},
                       {"opening_m", g.opening_m},
@@ -194,32 +190,6 @@ struct ExportArguments {
   bool clouds = false, run_detector = false;
 };
 
-void ExportRecords(const std::vector<Record>& records, const fs::path& out) {
-  std::string lines;
-  for (const Record& record : records) lines += experiment::ToJson(record) + "\n";
-  WriteResult(lines, out / kRecords);
-  WriteResult(CsvOf(experiment::FlatGridOf(records)), out / "records.csv");
-}
-
-// Cases of an experiment for which a store has records.
-std::vector<experiment::Case> CasesOf(const experiment::Experiment& e,
-                                      const std::vector<Record>& records) {
-  std::set<std::string> ids;
-  for (const Record& record : records) ids.insert(record.which.id);
-  std::vector<experiment::Case> cases = e.cases;
-  std::erase_if(cases, [&](const experiment::Case& c) { return !ids.contains(c.id); });
-  return cases;
-}
-
-// Number of trials that end differently from their records: the program or a model has changed.
-int Differing(const std::vector<Record>& records, const std::vector<Record>& exported) {
-  std::map<std::string, std::string> outcomes;
-  for (const Record& record : records) outcomes[record.which.id] = record.result.outcome;
-  return static_cast<int>(std::ranges::count_if(exported, [&](const Record& record) {
-    return outcomes[record.which.id] != record.result.outcome;
-  }));
-}
-
 // Key of the data in an export's stamp, which a run's does not have.
 constexpr const char* kExport = "export";
 
@@ -276,7 +246,10 @@ void CheckSeeds(const fs::path& out, bool several) {
 void ExportClouds(const experiment::Stamp& stamp, const std::vector<Record>& records,
                   const experiment::Experiment& e, int jobs, const fs::path& out) {
   const trial::Cell& cell = trial::CellOf(*e.task);
-  const auto cases = CasesOf(e, records);
+  std::map<std::string, std::string> outcomes;  // of the records, by their ids
+  for (const Record& record : records) outcomes[record.which.id] = record.result.outcome;
+  auto cases = e.cases;
+  std::erase_if(cases, [&](const experiment::Case& c) { return !outcomes.contains(c.id); });
   Store exported = Store::Create(out);
   auto own = e.stamp;
   own.data[kExport] = "clouds";
@@ -290,7 +263,10 @@ void ExportClouds(const experiment::Stamp& stamp, const std::vector<Record>& rec
       ProgressBar(static_cast<int>(cases.size() - missing.size()), static_cast<int>(cases.size())));
   const auto made = exported.ReadAll();
   WriteResult(AnnotationsOf(stamp, made).dump(1) + "\n", out / kAnnotations);
-  if (const int differing = Differing(records, made); differing > 0) {
+  const auto differing = std::ranges::count_if(made, [&](const Record& record) {
+    return outcomes[record.which.id] != record.result.outcome;
+  });
+  if (differing > 0) {
     spdlog::warn(
         "{} of {} trials ended differently from their records: has the program or a model changed "
         "since?",
@@ -335,7 +311,10 @@ void Export(const ExportArguments& arguments) {
     if (!own) CheckBegun(out, e ? e->stamp : stamp);
     CheckDataSet(out, stamp);
     const experiment::FolderLock lock(out);
-    ExportRecords(records, out);
+    std::string lines;
+    for (const Record& record : records) lines += experiment::ToJson(record) + "\n";
+    WriteResult(lines, out / kRecords);
+    WriteResult(CsvOf(experiment::FlatGridOf(records)), out / "records.csv");
     if (e) {
       ExportClouds(stamp, records, *e, arguments.jobs, out);
       Store::Remove(out);
