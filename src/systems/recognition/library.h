@@ -25,8 +25,7 @@ struct KnownObject {
 
 /// Samples a mesh evenly and finds its symmetry.
 /// @param colors  of the mesh's triangles; may be empty
-/// @throws std::invalid_argument naming the object if the mesh is too small (fewer than 4 samples),
-/// or the colors belong to another mesh.
+/// @throws std::invalid_argument naming the object if the mesh is too small (fewer than 4 samples).
 KnownObject MakeKnownObject(std::string name, std::string title, geometry::TriangleMesh mesh_B,
                             geometry::MeshColors colors = {});
 
@@ -55,13 +54,12 @@ struct PreparedObject;
 /// that forks, it may be created before or after the fork.
 class Library {
  public:
-  /// @throws std::invalid_argument if two objects have the same name
+  /// @param objects  with different names
   explicit Library(std::vector<KnownObject> objects);
 
-  /// @throws base::InputError listing the known objects if there is no such object.
+  /// @throws std::invalid_argument if there is no such object.
   const KnownObject& Find(const std::string& name) const;
-
-  const internal::PreparedObject& FindPrepared(const std::string& name) const;  ///< as Find
+  const internal::PreparedObject& FindPrepared(const std::string& name) const;
 
   /// All, in the order in which they were given.
   const auto& prepared() const { return prepared_; }

@@ -37,21 +37,18 @@ struct BringArguments {
   experiment::Changes changes;
 };
 
-void BringIt(const BringArguments& a) {
-  experiment::Changes changes = a.changes;
-  if (!a.arrangement.empty()) changes.set.push_back("arrangement=" + a.arrangement);
-  changes.trials = 1;
-  changes.groups = {a.object};
+void BringIt(BringArguments a) {
+  if (!a.arrangement.empty()) a.changes.set.push_back("arrangement=" + a.arrangement);
+  a.changes.trials = 1;
+  a.changes.groups = {a.object};
   const auto file = base::FindExperiment(a.experiment);
-  const auto opened = experiment::OpenExperiment(file, changes, RefuseErrors(file));
+  const auto opened = experiment::OpenExperiment(file, a.changes, RefuseErrors(file));
   if (opened.kind->name != bring::BringTask().name) {
     throw base::InputError("the experiment has another task; write `task: bring` into it");
   }
   const experiment::Case& which = opened.cases.front();
-  experiment::ReplayOptions pictures;
-  pictures.folder = a.pictures;
-  pictures.snapshots = !a.pictures.empty();
-  const auto result = opened.task->Replay(which, pictures);
+  const auto result =
+      opened.task->Replay(which, {.folder = a.pictures, .snapshots = !a.pictures.empty()});
   const auto data = ordered_json::parse(result.data);
   for (const std::string words : data.value("words", ordered_json::array())) {
     WriteResult(words + "\n");
@@ -347,14 +344,6 @@ void AddRecognizeCommand(CLI::App& app) {
   command->callback([arguments] { RecognizeCloud(*arguments); });
 }
 
-/// Files from which a trial's views from the wrist are read.
-std::vector<std::filesystem::path> FilesOf(const trial::Options& options) {
-  const auto wrist = trial::Of<views::WristViewOptions>(options, views::kWristViews);
-  std::vector<std::filesystem::path> files = {wrist.sensor, wrist.hand_eye};
-  std::erase(files, std::filesystem::path());
-  return files;
-}
-
 }  // namespace
 }  // namespace rangegrasp::cli
 
@@ -367,7 +356,12 @@ void RegisterRecognition() {
     views::ReadWristViewOptions(map,
                                 trial::Of<views::WristViewOptions>(options, views::kWristViews));
   });
-  trial::FileLists().push_back(cli::FilesOf);
+  trial::FileLists().push_back([](const trial::Options& options) {
+    const auto wrist = trial::Of<views::WristViewOptions>(options, views::kWristViews);
+    std::vector<std::filesystem::path> files = {wrist.sensor, wrist.hand_eye};
+    std::erase(files, std::filesystem::path());
+    return files;
+  });
   trial::FurtherLooking() = trial::FurtherLooks{
       .wanted =
           [](const trial::Options& options) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
 
 namespace rangegrasp::draw {
 namespace {
@@ -115,7 +114,6 @@ void WriteText(const std::string& text, int x, int y, double scale, image::Image
 }
 
 image::Image SheetOf(const std::vector<Captioned>& pictures, int columns, int tile_width_px) {
-  if (pictures.empty()) throw std::invalid_argument("SheetOf: needs a picture");
   int tile_height_px = 0;
   for (const Captioned& one : pictures) {
     tile_height_px = std::max(tile_height_px, tile_width_px * one.image.height / one.image.width);

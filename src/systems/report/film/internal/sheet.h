@@ -15,8 +15,8 @@ struct Captioned {
 };
 
 /// All pictures on one sheet, in rows from left to right, with equal widths and their captions.
+/// @param pictures  at least one
 /// @param columns  maximum number of pictures in a row, >= 1
-/// @throws std::invalid_argument if there are no pictures.
 image::Image SheetOf(const std::vector<Captioned>& pictures, int columns, int tile_width_px);
 
 /// A picture scaled to fit a width and a height, on white if its aspect ratio is different.
