@@ -23,11 +23,6 @@ struct View {
     geometry::Points points_W;
     Color color;
   };
-  struct Line {
-    std::string layer;
-    geometry::Points points_W;  ///< joined in order
-    Color color;
-  };
   struct Surface {
     std::string layer;
     geometry::TriangleMesh mesh_W;
@@ -65,7 +60,7 @@ struct View {
   };
 
   std::vector<Points> points;
-  std::vector<Line> lines;
+  std::vector<Points> lines;  ///< each joins its points in order
   std::vector<Surface> surfaces;
   std::vector<Painted> painted;
   std::vector<Body> bodies;
