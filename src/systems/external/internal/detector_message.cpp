@@ -82,11 +82,12 @@ struct Place {
   }
   Place At(std::size_t i) const { return {value[i], fmt::format("{}[{}]", path, i)}; }
 
-  /// @param max_size  larger lists are refused
-  std::size_t ListSize(std::size_t max_size) const {
+  /// Visits the elements of a list. @param max_size  larger lists are refused
+  template <typename Visit>
+  void ForEach(std::size_t max_size, const Visit& visit) const {
     if (!value.is_array()) Fail("must be a list");
     if (value.size() > max_size) Fail(fmt::format("must not have more than {} elements", max_size));
-    return value.size();
+    for (std::size_t i = 0; i < value.size(); ++i) visit(At(i));
   }
   /// @param hint  what the message about a number of more than `high`, of either sign, adds
   double Number(double low, double high, const char* hint = "") const {
@@ -144,10 +145,9 @@ std::optional<geometry::SampleId> SampleAt(std::size_t position,
 AnsweredObject ObjectOf(const Place& place, std::size_t size,
                         const geometry::Observation& observation) {
   if (!place.value.is_object()) place.Fail("must be {\"samples\": [...]}");
-  const Place list = place.At("samples");
   std::set<std::size_t> positions;
-  const std::size_t count = list.ListSize(size);
-  for (std::size_t i = 0; i < count; ++i) positions.insert(list.At(i).Index(size, "a sample"));
+  place.At("samples").ForEach(
+      size, [&](const Place& one) { positions.insert(one.Index(size, "a sample")); });
   AnsweredObject object;
   for (const std::size_t position : positions) {
     if (const auto sample = SampleAt(position, observation)) object.samples.push_back(*sample);
@@ -160,15 +160,14 @@ AnsweredObject ObjectOf(const Place& place, std::size_t size,
   return object;
 }
 
-/// @param objects  number of objects in the answer; nullopt if it has none
-AnsweredGrasp GraspOf(const Place& place, std::optional<std::size_t> objects) {
+AnsweredGrasp GraspOf(const Place& place, const decltype(Answer::objects)& objects) {
   if (!place.value.is_object()) {
     place.Fail("must be {\"position_m\": ..., \"rotation\": ..., \"width_m\": ..., ...}");
   }
   AnsweredGrasp grasp;
   if (objects && place.Has("object")) {
-    grasp.object = place.At("object").Index(*objects, "an object in the answer");
-  } else if (objects && *objects == 0) {
+    grasp.object = place.At("object").Index(objects->size(), "an object in the answer");
+  } else if (objects && objects->empty()) {
     place.Fail("belongs to no object, since objects is empty; omit objects if there are none");
   }
   grasp::Proposal& proposal = grasp.proposal;
@@ -261,20 +260,14 @@ Answer ParseAnswer(const std::string& line, const geometry::Observation& observa
   std::size_t size = 0;
   for (const auto& view : observation.views) size += view.image.points_C.size();
   Answer answer;
-  std::optional<std::size_t> objects;
   if (whole.Has("objects") && !parsed["objects"].is_null()) {
-    const Place list = whole.At("objects");
-    objects = list.ListSize(kMaxObjects);
-    answer.objects.emplace();
-    for (std::size_t i = 0; i < *objects; ++i) {
-      answer.objects->push_back(ObjectOf(list.At(i), size, observation));
-    }
+    auto& objects = answer.objects.emplace();
+    whole.At("objects").ForEach(kMaxObjects, [&](const Place& one) {
+      objects.push_back(ObjectOf(one, size, observation));
+    });
   }
-  const Place grasps = whole.At("grasps");
-  const std::size_t count = grasps.ListSize(kMaxGrasps);
-  for (std::size_t i = 0; i < count; ++i) {
-    answer.grasps.push_back(GraspOf(grasps.At(i), objects));
-  }
+  whole.At("grasps").ForEach(
+      kMaxGrasps, [&](const Place& one) { answer.grasps.push_back(GraspOf(one, answer.objects)); });
   std::ranges::stable_sort(answer.grasps, std::ranges::greater(),
                            [](const AnsweredGrasp& grasp) { return grasp.proposal.score; });
   return answer;
