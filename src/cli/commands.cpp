@@ -71,8 +71,7 @@ std::string CommandOf(int argc, char** argv) {
   return base::Join(words, " ");
 }
 
-// Only the first of "--set A=1 B=2" or "--set A 1" is a value of the option; the second would count
-// as a file.
+// Only the first of "--set A=1 B=2" or "--set A 1" is the option's value; the next would be a file.
 void CheckEachSet(int argc, char** argv) {
   constexpr std::string_view kSet = "--set=";
   for (int i = 2; i < argc; ++i) {

@@ -51,8 +51,7 @@ CLI::Validator NumberBetween(double min, double max);
 /// Adds `--jobs`, the number of `cases` run in parallel, with the number of cores as default.
 void AddJobsOption(CLI::App& command, const char* cases, int& jobs);
 
-/// A line on a terminal with the current step of a long command; nothing is shown if stderr is not
-/// a terminal.
+/// A line with the current step of a long command, if stderr is a terminal.
 class StepLine {
  public:
   /// @param title  "big.off"

@@ -220,8 +220,7 @@ void AddTrial(CLI::App& app) {
 
 constexpr std::size_t kShownKeys = 10;
 
-// The keys in which two experiments differ. No line ends with a number: scripts/figures reads such
-// lines as figures.
+// The differing keys. No line ends with a number: scripts/figures reads such lines as figures.
 std::string KeysText(const std::vector<experiment::KeyDifference>& keys) {
   if (keys.empty()) return "the experiments have the same keys\n";
   const auto value = [](const std::string& text) { return text.empty() ? "not given" : text; };

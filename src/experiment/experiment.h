@@ -86,8 +86,7 @@ struct RunComparison : Comparison {
   std::string warning;  ///< empty unless the two are runs of different experiments
   std::vector<KeyDifference> keys;
 };
-/// @throws base::InputError naming the folders if their tasks differ or count no successes, or if
-/// they share no case.
+/// @throws base::InputError naming the folders if they have no success or no case in common.
 RunComparison CompareRuns(const std::filesystem::path& first, const std::filesystem::path& second);
 
 /// The case with an id. @throws base::InputError naming the nearest id.
@@ -96,11 +95,9 @@ const Case& CaseOf(const Experiment& experiment, const std::string& id);
 /// A Markdown table of keys.
 std::string KeyTable(const std::vector<base::KeyDoc>& keys);
 
-/// The keys common to all experiment files (task "") and those of each kind, generated from the
-/// code that reads them.
+/// The keys common to all experiment files (task "") and those of each kind, from the reading code.
 std::vector<std::pair<std::string, std::vector<base::KeyDoc>>> KeysByTask();
-/// The keys common to all experiment files and those of each kind, as a Markdown page generated
-/// from the code that reads them.
+/// The same as a Markdown page.
 std::string KeysAsMarkdown();
 
 }  // namespace rangegrasp::experiment

@@ -54,10 +54,9 @@ struct Result {
   /// Time per stage [s]: the only part that may differ between two runs of the same case.
   std::vector<std::pair<std::string, double>> seconds;
 };
-/// Outcomes set by the engine: the process ended without a result, or was killed at its time limit.
-/// Their `data` is "{}".
-inline constexpr const char* kCrashed = "crashed";
-inline constexpr const char* kTimedOut = "timed_out";
+// Outcomes set by the engine; their `data` is "{}".
+inline constexpr const char* kCrashed = "crashed";     ///< the process ended without a result
+inline constexpr const char* kTimedOut = "timed_out";  ///< it was killed at its time limit
 
 /// A row of the store.
 struct Record {
@@ -107,8 +106,7 @@ bool SetsSeedOrTrials(std::string_view line, std::string_view trials_key);
 void AddCommit(const std::string& commit, Stamp& stamp);
 
 /// Experiment files that differ only in lines that are comments are the same.
-/// @throws base::InputError that begins with `where`, names the first value that differs, and ends
-/// with what to do.
+/// @throws base::InputError: `where`, the first value that differs, and the remedy.
 void CheckSameRun(const Stamp& stored, const Stamp& wanted, const std::string& where,
                   const std::string& remedy);
 

@@ -118,8 +118,7 @@ struct TimesEvidence {
 using Evidence =
     std::variant<TrialsEvidence, ClustersEvidence, EventsEvidence, MeanEvidence, TimesEvidence>;
 
-/// The key that names a published table in most experiment files, and the name of its text in
-/// Stamp::data.
+/// Key of most experiment files for a published table, and the name of its text in Stamp::data.
 inline constexpr const char* kReferenceKey = "reference";
 /// The text of a published table, for Stamp::data.
 /// @throws base::InputError naming the file unless it is CSV with a header line and rows.

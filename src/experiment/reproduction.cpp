@@ -144,8 +144,7 @@ Test TestOf(const TimesEvidence& e, const PublishedFigure& figure) {
 }
 
 // Positive if what is tested is above the published value. For counts this is not always the
-// direction of the figures: an overall figure is the mean of rows, its counts are those of all
-// rows.
+// direction of the figures: an overall figure is the mean of rows, its counts are their sums.
 double TestedDifference(const PublishedFigure& figure) {
   const auto of_counts = [](const auto& e) {
     return 1.0 * e.own.k * e.published.n - 1.0 * e.published.k * e.own.n;

@@ -60,8 +60,7 @@ struct JudgedTable {
 };
 
 /// The verdict of each row. At most 5 % of tables have any verdict that is wrong by chance.
-/// @param is_whole  all cases were run: a missing figure is worse, e.g. no grasp of an object that
-/// was never detected
+/// @param is_whole  all cases were run: a missing figure is worse, e.g. an object never detected
 JudgedTable Judge(const std::vector<PublishedFigure>& figures, bool is_whole);
 
 /// The same rows without tests and verdicts: with one trial per row against ten published ones, no

@@ -9,11 +9,9 @@
 
 namespace rangegrasp::experiment {
 
-/// How a run creates processes and waits for them. A program that is not only C++ (Python) supplies
-/// its own functions.
+/// How a run creates processes and waits for them. Python supplies its own functions.
 struct Processes {
-  /// Like fork(2).
-  std::function<int()> fork = {};
+  std::function<int()> fork = {};  ///< like fork(2)
   /// Calls `wait`, which blocks. An exception from this function ends the run and its processes.
   std::function<void(const std::function<void()>& wait)> wait = {};
 };

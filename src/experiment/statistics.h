@@ -87,8 +87,7 @@ Comparison Compare(const std::vector<Record>& first, const std::vector<Record>& 
                    const std::string& success);
 
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
-/// Positions (in first, in second) of the pairs in which exactly one case succeeded, in the order
-/// of second.
+/// Positions (in first, in second) of the pairs with exactly one success, in the order of second.
 Pairs Differing(const std::vector<Record>& first, const std::vector<Record>& second,
                 const std::string& success);
 

@@ -249,8 +249,7 @@ struct Source {
   std::optional<Record> next = {};
 };
 
-// An SQLite file in use has up to three file descriptors: a thousand shards need more than the
-// usual soft limit.
+// An SQLite file in use has up to three descriptors: a thousand shards exceed the usual soft limit.
 void AllowManyFiles() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;

@@ -125,8 +125,7 @@ decltype(auto) InFolder(const std::filesystem::path& folder, Read read) {
 /// The stores of a results folder: those of its seeds in ascending order, or the folder itself.
 std::vector<std::filesystem::path> StoresIn(const std::filesystem::path& folder);
 
-/// Reads all results of a folder. @throws base::InputError also if the runs of its seeds are not of
-/// the same experiment.
+/// All results of a folder. @throws base::InputError also if its seeds are of several experiments.
 Results ReadResults(const std::filesystem::path& folder);
 
 struct Merged {

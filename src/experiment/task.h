@@ -36,8 +36,7 @@ class Task {
   virtual void Prepare() const {}
   /// Hides the folder of the results, which contain ground truth, from programs that a case starts.
   virtual void Hide(const std::filesystem::path& /*folder*/) {}
-  /// Runs a case in its own process. Every expected failure is an outcome; an exception counts as
-  /// kCrashed.
+  /// Runs a case in its own process. Expected failures are outcomes; exceptions count as kCrashed.
   virtual Result Run(const Case& which) const = 0;
   /// Runs a case again and writes files for viewing into a folder, if there are any.
   /// @throws base::InputError for a video or camera if the task has none.
@@ -61,9 +60,8 @@ struct Common {
   std::uint64_t seed = 1;
   double case_limit_s = 60.0;  ///< RunOptions::case_limit_s
   int stop_after = 20;         ///< see SameFailure (experiment/runner.h)
-  /// Receives the problems of the models that the keys name, before they are loaded; perhaps again,
-  /// with what is found when they are. If it returns false, the experiment is not prepared. May be
-  /// empty.
+  /// Receives the problems of the models that the keys name, before they are loaded, and perhaps
+  /// again after that. If it returns false, the experiment is not prepared. May be empty.
   OnFindings on_findings = {};
 };
 

@@ -286,8 +286,7 @@ class AnsweringDetector : public Detector {
   // @throws DetectorFailed naming the mistake that explains why most grasps close on nothing
   void RefuseMistakes(const Answer& answer, const geometry::Observation& observation,
                       const Scene& scene) const {
-    // Centimetres are tested before millimetres: read as these, they would all be near the origin,
-    // where an object may be.
+    // Centimetres first: read as millimetres, all would be near the origin, perhaps at an object.
     const Mistake mistakes[] = {{.words = "centimetres, not metres", .unit_m = 1e-2},
                                 {.words = "millimetres, not metres", .unit_m = 1e-3},
                                 {.words = "the sensor's frame, not the cloud's, W",

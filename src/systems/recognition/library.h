@@ -38,8 +38,7 @@ KnownObject MakeKnownObject(std::string name, std::string title, geometry::Trian
 /// bend. Colors stay with their triangles.
 geometry::ColoredMesh Distorted(const geometry::ColoredMesh& exact, double rms_m, base::Rng& rng);
 
-/// Source of a task's library: the simulator's own meshes, which no real user has, or less accurate
-/// ones.
+/// Source of a task's library: the simulator's meshes, which no real user has, or less exact ones.
 struct LibraryOptions {
   std::filesystem::path folder;  ///< has NAME/NAME.xml or NAME.stl; empty: the objects' own meshes
   double distortion_m = 0.0;     ///< root mean square (Distorted)

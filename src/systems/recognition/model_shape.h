@@ -34,12 +34,10 @@ Symmetry SymmetryOf(const geometry::TriangleMesh& mesh_B, const geometry::PointC
 /// The motion that turns a body about a point.
 base::Pose TurnAbout(const Eigen::Matrix3d& turn, const Eigen::Vector3d& about_B);
 
-/// The poses in which a body looks the same as at X_CB, which is the first. Free rotation about an
-/// axis_B is left out.
+/// The poses in which a body looks as at X_CB, the first; without rotation about an axis_B.
 std::vector<base::Pose> EqualPoses(const base::Pose& X_CB, const Symmetry& symmetry);
 
-/// Angle of the rotation between two orientations, modulo symmetry; solid of revolution: between
-/// the axes.
+/// Angle between two orientations, modulo symmetry; of solids of revolution: between their axes.
 double AngleBetween(const Eigen::Matrix3d& R_CB, const Eigen::Matrix3d& other_CB,
                     const Symmetry& symmetry);
 

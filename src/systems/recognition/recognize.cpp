@@ -134,8 +134,7 @@ double Hugging(const FoundObject& found, const geometry::Indices& own, const Que
   return static_cast<double>(hugging) / static_cast<double>(own.size());
 }
 
-/// Why it is not seen well enough to be named, or may be another shape of similar size; empty if
-/// neither holds.
+/// Why it is not seen well enough to be named, or may be a similar shape; empty if neither holds.
 std::string FlawOf(const FoundObject& found, const RecognitionOptions& options) {
   const double lead = options.margin / std::max(0.1, found.share_seen);
   const double max_rms_m = options.max_rms * options.tolerance_m;
@@ -171,8 +170,7 @@ std::string FlawOf(const FoundObject& found, const RecognitionOptions& options) 
   return "";
 }
 
-/// The known object at a segment; nullopt, and why in `unknown`, if none is good enough, or two are
-/// about equally good.
+/// The known object at a segment; nullopt, and why in `unknown`, if none or two are good enough.
 std::optional<FoundObject> Identify(const Query& query, const geometry::Indices& own,
                                     UnknownObject& unknown, const std::string& only = {}) {
   const RecognitionOptions& options = query.options;

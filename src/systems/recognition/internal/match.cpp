@@ -54,8 +54,7 @@ constexpr std::size_t kMaxContact = 80;
 constexpr double kNear = 0.12;
 /// Steps per full turn about a principal axis, for the poses that a pose is compared with.
 constexpr int kTurns = 18;
-/// Steps per full turn about the axis of a round body; prints are aligned in these steps, then in
-/// smaller ones.
+/// Steps per turn about a round body's axis, in which prints are aligned, then in smaller ones.
 constexpr int kRoundTurns = 36;
 constexpr double kPrintSteps_rad[] = {base::Deg(8.0), base::Deg(4.0), base::Deg(2.0)};
 constexpr std::size_t kFewRays = 600;  ///< used to evaluate prints and small moves
@@ -221,8 +220,7 @@ std::vector<base::Pose> Turned(const PreparedObject& object, const base::Pose& X
   return turned;
 }
 
-/// The segment's source and the object's contact points; without these a round one rolls into the
-/// table.
+/// The segment's source and contact points, without which a round object rolls into the table.
 Points WithContact(const PreparedObject& object, const Segment& segment, const base::Pose& X_CB) {
   const base::Pose X_TB = segment.X_TC * X_CB;
   Points contact_C;

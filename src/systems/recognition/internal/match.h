@@ -34,8 +34,7 @@ bool AreDistinct(const base::Pose& a, const base::Pose& b, const Symmetry& symme
 Segment SegmentOf(const geometry::Observation& observation, const perception::Scene& scene,
                   const geometry::Indices& own, const RecognitionOptions& options);
 
-/// One known object matched to one segment: its poses there. Holds references to all constructor
-/// arguments.
+/// The poses of one known object at one segment. Keeps references to its constructor's arguments.
 class Match {
  public:
   /// Guesses poses: the best by the coarse score.

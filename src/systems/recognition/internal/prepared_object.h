@@ -42,8 +42,7 @@ struct Posed {
   std::optional<base::Pose> lying_CB = {};
 };
 
-/// The pairs of a model's points, indexed by feature. PCL's voting (PPFRegistration) keeps only one
-/// of the poses voted for.
+/// A model's pairs of points by feature. PCL's voting (PPFRegistration) keeps only one voted pose.
 class PairTable {
  public:
   explicit PairTable(const geometry::PointCloud& surface_B);

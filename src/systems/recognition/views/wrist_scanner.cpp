@@ -19,8 +19,7 @@
 namespace rangegrasp::views {
 namespace {
 
-/// Radius of the space around the highest object for which views are chosen: half of the longest
-/// object.
+/// Radius of the space about the highest object that views show: half of the longest object.
 constexpr double kRegionRadius_m = 0.15;
 /// Points below this height above the table are noise and mixed points, not objects.
 constexpr double kStands_m = 0.015;

@@ -125,8 +125,7 @@ std::set<std::size_t> WriteViews(const Replayed& of, const fs::path& out, int jo
   return made;
 }
 
-// Positions of the cases that get a view, by run. If two runs are compared, both cases of a
-// differing pair get one.
+// Positions of the cases that get a view, by run; also both cases of a pair that differs.
 std::vector<std::set<std::size_t>> ChosenOf(const std::vector<report::Run>& runs,
                                             report::ViewChoice choice) {
   std::vector<std::set<std::size_t>> chosen;

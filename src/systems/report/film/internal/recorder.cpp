@@ -47,13 +47,11 @@ constexpr int kWidth_px = 960;
 constexpr int kHeight_px = 720;
 constexpr int kTile_px = 480;
 constexpr int kColumns = 3;
-// Antialiasing and shadows of a film's pictures: limited, since there are many, so that each takes
-// a tenth of a second.
+// Antialiasing and shadows of a film's many pictures: each takes a tenth of a second.
 constexpr sim::RenderQuality kFilmQuality{.samples = 2, .shadow_px = 2048};
 // How long a film shows the start of a trial in which nothing moved [s].
 constexpr double kStill_s = 2.0;
-// ffmpeg encodes a picture in hundredths of a second and finishes a film in seconds; if it takes
-// longer, it hangs [s].
+// ffmpeg encodes a picture in hundredths of a second and ends a film in seconds; else it hangs [s].
 constexpr double kLimit_s = 60.0;
 
 fs::path Ffmpeg() {
@@ -62,8 +60,7 @@ fs::path Ffmpeg() {
       "--video needs the program ffmpeg, which is not installed (Debian package ffmpeg)");
 }
 
-// Next to the file, so that it can replace it in one step. ffmpeg identifies the format by the file
-// extension.
+// Next to the file, so that it can replace it in one step, with its extension, which ffmpeg needs.
 fs::path PartOf(const fs::path& file) {
   auto part = fs::absolute(file);
   part.replace_filename("." + file.stem().string() + ".part" + file.extension().string());
@@ -131,8 +128,7 @@ void CheckCamera(const trial::Cell& cell, const std::string& camera) {
   sim::Renderer(world, kSide_px, kSide_px).Render(world, camera);
 }
 
-// What a film shows of one execution in addition to the scene: the perception, and the state from
-// its start until now.
+// What a film shows of an execution besides the scene: the perception, and the states so far.
 class FilmState {
  public:
   explicit FilmState(std::string name) : name_(std::move(name)) {}
