@@ -90,9 +90,8 @@ std::ifstream Opened(const std::filesystem::path& file) {
   return in;
 }
 
-// Writes all bytes. @param sync  waits until they are on the disk, so that a file renamed
-// afterwards is never incomplete, even after a power failure.
-// @return 0, or errno of what failed.
+// Writes all bytes; with `sync` waits until they are on the disk, so that a file renamed afterwards
+// is whole even after a power failure. @return 0, or errno of what failed.
 int WriteBytes(const std::filesystem::path& file, std::string_view bytes, bool sync) {
   const int fd = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (fd < 0) return errno;

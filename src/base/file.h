@@ -18,9 +18,8 @@ std::string ReadAll(std::istream& in);
 /// @throws InputError naming the file if it is missing, unfit or not readable, or as ReadAll.
 std::string ReadFile(const std::filesystem::path& file);
 
-/// Why a path cannot be a file with data: it is a folder, or a named pipe, which may block forever.
-/// A pipe that this process got open (/dev/stdin, `<(command)` of a shell) is fit. Empty if it is
-/// fit, or missing.
+/// Why a path cannot be a file with data: a folder, or a named pipe, which may block forever unless
+/// this process got it open (/dev/stdin, `<(command)` of a shell). Empty if it is fit, or missing.
 std::string WhyUnfit(const std::filesystem::path& file);
 
 /// "PATH: REASON", as a message.
@@ -34,8 +33,7 @@ void CheckReadable(const std::filesystem::path& file);
 std::string ReadNonEmptyFile(const std::filesystem::path& file);
 
 /// Writes a whole file and creates its folder. An existing file is replaced atomically.
-/// @throws RunError naming the file if the bytes did not reach the disk, InputError if the folder
-/// cannot be created.
+/// @throws RunError if the bytes did not reach the disk, InputError if there can be no folder.
 void WriteFile(const std::filesystem::path& file, std::string_view bytes);
 
 /// Creates a file's folder. @throws InputError naming the folder.

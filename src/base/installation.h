@@ -30,16 +30,14 @@ std::vector<std::string> ExperimentNames(const std::filesystem::path& data);
 /// @throws InputError with the nearest name if there is none.
 std::filesystem::path FindExperiment(const std::filesystem::path& experiment);
 
-/// A word of a system that this program was built without, e.g. a key's value
-/// ("grasp.take=handle").
+/// A word of a system that is not built, e.g. a key's value ("grasp.take=handle").
 struct WordNotBuilt {
   std::string_view kind;  ///< "command", "task", "option", "key", "value"
   std::string_view word;
   std::string_view system;
 };
 
-/// Thrown if such a word was used. scripts/rangegrasp, which starts the program, may build the
-/// system and try again.
+/// Thrown if such a word was used. scripts/rangegrasp may build the system and try again.
 class NotBuilt : public InputError {
  public:
   NotBuilt(const std::string& where, const WordNotBuilt& word);

@@ -40,8 +40,7 @@ constexpr auto ValuesOf() {
   return all;
 }
 
-/// Message for a word that is not among `words`: "'word' must be one of ...", and "; nearest: ..."
-/// if one of them is near.
+/// "'word' must be one of ...", and "; nearest: ..." if one of the words is near.
 std::string MustBeOneOf(std::string_view word, const std::vector<std::string>& words);
 
 /// @throws InputError "<what>: " and MustBeOneOf if the word is not among `words`.

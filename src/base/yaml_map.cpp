@@ -92,8 +92,7 @@ struct YamlMap::Impl {
     }
   }
 
-  /// The key that an unknown one is meant for: also one of another mapping that was read before;
-  /// empty: none.
+  /// The key that an unknown one is meant for, also of a mapping that was read before; empty: none.
   std::string Nearest(const std::string& key) const {
     for (const KeyDoc& known : document->keys) {
       if (known.path == key || known.path.ends_with("." + key)) return known.path;

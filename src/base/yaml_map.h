@@ -37,8 +37,7 @@ struct KeyDoc {
 /// Every method throws InputError as "file:line: key 'x': what is wrong, what is expected".
 class YamlMap {
  public:
-  /// @param overrides  each "key.inner=value" replaces the file's value; the value is YAML on one
-  /// line.
+  /// @param overrides  each "key.inner=value" (YAML on one line) replaces the file's value
   static YamlMap FromFile(const std::filesystem::path& file,
                           const std::vector<std::string>& overrides = {});
   /// @param file  named in errors; paths are relative to its folder

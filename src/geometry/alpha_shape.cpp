@@ -52,8 +52,7 @@ double SquaredCircumradius(std::array<AlphaKernel::Point_3, n> corners) {
 }
 
 /// Squared radius of the smallest empty circumsphere of a Delaunay triangle: its own smallest one
-/// if neither neighboring cell's far vertex is inside it (a Gabriel triangle), else the smaller one
-/// of the two cells.
+/// if neither cell's far vertex is inside it (a Gabriel triangle), else the smaller cell's.
 double SquaredEmptyRadius(const Delaunay3& delaunay, const Delaunay3::Facet& facet) {
   const auto [cell, far] = facet;
   const auto other = cell->neighbor(far);
@@ -138,8 +137,7 @@ double LoopLength(std::span<const Vector2d> points, const std::vector<std::uint3
 
 using EdgesFrom = std::map<std::uint32_t, std::vector<std::uint32_t>>;
 
-/// The directed edges of the triangles whose reverse is in no triangle, by start point, with
-/// ascending end points.
+/// The triangles' directed edges without a reverse, by start point, with ascending end points.
 EdgesFrom BoundaryEdges(const std::vector<Triangle>& triangles) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (const auto& [a, b, c] : triangles) edges.insert(edges.end(), {{a, b}, {b, c}, {c, a}});

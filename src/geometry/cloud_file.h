@@ -11,19 +11,16 @@
 
 namespace rangegrasp::geometry {
 
-/// A cloud as read from a file: organised if height > 1. Non-finite points are kept as NaN so that
-/// rows stay complete.
+/// A cloud as read, organised if height > 1. Points that are not finite are kept as NaN.
 struct CloudFile {
   int width = 0;
   int height = 1;
   Points points;  ///< row-major, scaled to metres
-  /// One per point, from PCD's rgb or rgba, or PLY's one-byte red, green and blue; empty if the
-  /// file has none.
+  /// One per point, from PCD's rgb or rgba, or PLY's one-byte red, green and blue; else empty.
   std::vector<Rgb> colors;
   /// One per point, from PCD's integer field `label`; empty if the file has none.
   std::vector<std::uint32_t> labels;
-  /// Sensor position [m], from PCD's VIEWPOINT or PLY's comment "viewpoint x y z"; absent if the
-  /// file has none.
+  /// [m], from PCD's VIEWPOINT or PLY's comment "viewpoint x y z"; absent if the file has none.
   std::optional<Eigen::Vector3d> sensor_origin;
 };
 

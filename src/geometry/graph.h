@@ -45,9 +45,8 @@ class UnionFind {
   std::vector<std::uint32_t> size_;
 };
 
-/// Numbers the sets 0, 1, ... by descending count of their used members, ties by first member, and
-/// writes the numbers to `label` (-1 for unused members).
-/// @return the number of sets
+/// Numbers the sets 0, 1, ... by descending count of their used members, ties by first member, in
+/// `label` (-1 for unused members). @return the number of sets
 inline std::int32_t LabelBySize(UnionFind& sets, const std::vector<bool>& used,
                                 std::vector<std::int32_t>& label) {
   const auto n = static_cast<std::uint32_t>(sets.size());
@@ -110,11 +109,10 @@ struct LinkRows {
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
 /// Dijkstra's algorithm (1959) from any number of sources: lowers distance[v] to the distance from
-/// the nearest source wherever that is smaller. If all are infinite before, the result is all
-/// distances. A source at distance 0 is skipped. Rounding is monotone, so distances are
-/// bit-identical for any order of sources and links, and for sources in one call or in several.
-/// Stale entries stay in the heap: on meshes this is cheaper than a heap with positions.
-/// O((n + links) log links).
+/// the nearest source wherever that is smaller; if all are infinite before, to all distances.
+/// Rounding is monotone, so distances are bit-identical for any order of sources and links, and for
+/// sources in one call or in several. Stale entries stay in the heap: on meshes this is cheaper
+/// than a heap with positions. O((n + links) log links).
 /// @param expand  expand(v, d, reach) is called once for each node whose distance was lowered, in
 /// ascending order of (d, v), where d is its final distance. It calls reach(next, through) for each
 /// neighbor with the length of the path through v, >= d; reach returns whether it lowered next's

@@ -58,8 +58,7 @@ bool Before(const KdTree::Neighbor& a, const KdTree::Neighbor& b) {
   return std::pair(a.squared_distance, a.index) < std::pair(b.squared_distance, b.index);
 }
 
-/// The k nearest within max_m in order, ties by index. k is small, and then a list is faster than a
-/// heap.
+/// The k nearest within max_m in order, ties by index: a list, for small k faster than a heap.
 class NearestSet {
  public:
   NearestSet(std::size_t k, double max_m, std::vector<KdTree::Neighbor>& out)

@@ -23,9 +23,8 @@ class KdTree {
   /// @throws std::invalid_argument if a point is not finite.
   explicit KdTree(PointSpan points);
 
-  /// The k points nearest to the query, ascending by distance (fewer if the tree has fewer). A
-  /// query that is itself a point of the tree finds itself first. Only points with distance <=
-  /// max_m [m] are found.
+  /// The k points nearest to the query, ascending by distance (fewer if fewer have distance <=
+  /// max_m [m]). A query that is itself a point of the tree finds itself first.
   void Nearest(const Eigen::Vector3d& query, std::size_t k, std::vector<Neighbor>& out,
                double max_m = std::numeric_limits<double>::infinity()) const;
   /// All points with distance < radius [m], unsorted.

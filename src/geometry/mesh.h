@@ -56,9 +56,8 @@ struct MassProperties {
 /// c (Tonon 2005). O(triangles). The center is the mesh's first vertex if the volume is 0.
 MassProperties MassPropertiesOf(const TriangleMesh& mesh);
 
-/// The convex hull (eq. 5.1) as a closed triangle mesh, faces outward; empty if the points are
-/// (nearly) in one plane. Vertices are sorted by coordinates and triangles by vertices, so that the
-/// same points give the same bytes.
+/// The convex hull (eq. 5.1) as a closed mesh, faces outward; empty if the points are (nearly) in
+/// one plane. Vertices and triangles are sorted: the same points give the same bytes.
 TriangleMesh ConvexHull(PointSpan points);
 
 }  // namespace rangegrasp::geometry

@@ -29,8 +29,7 @@ struct TexturedMesh {
   TriangleMesh mesh;
   std::vector<std::array<Eigen::Vector2d, 3>> uv;
 };
-/// The same with texture coordinates, in single precision. Equal vertices are not joined, except in
-/// OFF, which has no texture.
+/// The same with texture coordinates, in single precision. Equal vertices are joined only in OFF.
 TexturedMesh ReadTexturedMesh(const std::filesystem::path& file);
 
 /// Whether a PLY declares faces, so that it is a mesh and not a cloud; false for other formats.

@@ -37,8 +37,7 @@ PointCloud ToCloud(const RangeImage& image);
 
 /// The distance of neighbors in the image [m]: the median over the samples of the mean distance to
 /// the next sample of the profile and to the same sample of the next profile (only to one of them
-/// if the other was not measured). The median of all distances would jump between the two kinds. 0
-/// if no two neighbors were measured. O(n).
+/// if the other was not measured; the median of all distances would jump between the two). 0: none.
 double MedianSpacing(const RangeImage& image);
 
 /// The measurements of one sensor from one position. Nothing in it is ground truth.
@@ -50,8 +49,7 @@ struct View {
   /// Standard deviation of the measured point along its ray [m], one per sample (NaN where nothing
   /// was measured), from the sensor's own model; empty if unknown.
   std::vector<float> noise_m;
-  /// The color of each sample, if the sensor has a color camera; else empty. It has no meaning
-  /// where nothing was measured.
+  /// The color of each sample (any where nothing was measured); empty without a color camera.
   std::vector<Rgb> colors;
   double spacing_m = 0.0;  ///< median distance of neighbors in the image [m]; 0: unknown
 };

@@ -42,8 +42,7 @@ std::optional<Plane> FitPlane(PointSpan points);
 /// The scatter matrix: the sum of d d^T over the points, where d is the offset from the mean.
 Eigen::Matrix3d Scatter(PointSpan points, const Eigen::Vector3d& mean);
 
-/// Whether the points are in one plane: their thickness is below 1e-9 of their extent. Fewer than
-/// three points always are.
+/// Whether the points, or fewer than three, are in one plane: thinner than 1e-9 of their extent.
 bool IsFlat(PointSpan points);
 
 struct PlaneRansacOptions {

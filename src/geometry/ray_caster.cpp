@@ -69,8 +69,7 @@ void FillPacket(std::span<const Ray> rays, RTCRay16& packet, std::array<int, kPa
   }
 }
 
-/// Calls trace(index of the first ray, rays, which of the 16 slots have a ray, context) for each
-/// packet of rays.
+/// Calls trace(index of the first ray, rays, which of the 16 slots have one, context) per packet.
 template <typename Trace>
 void ForPackets(std::span<const Ray> rays, RTCRay16& packet, Trace trace) {
   RTCIntersectContext context;

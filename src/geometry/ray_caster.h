@@ -41,8 +41,7 @@ struct Hit {
 /// should be close in space: they are traced 16 at a time.
 class RayCaster {
  public:
-  /// @throws std::invalid_argument naming the mesh and the vertex that is not finite, or the
-  /// triangle with a vertex that does not exist.
+  /// @throws std::invalid_argument naming a mesh's vertex that is not finite or does not exist.
   explicit RayCaster(std::span<const TriangleMesh* const> meshes);
 
   /// The first surface that each ray hits. O(log triangles) per ray.

@@ -33,8 +33,7 @@ double Support(const Shape& shape, const base::Pose& X_AB, const Eigen::Vector3d
 /// along their axes; vertices of convex pieces move away from their center. kMesh is unchanged.
 Shape Grown(Shape shape, double margin_m);
 
-/// Whether p_B is inside a shape of the body frame B. Meshes are approximated by the ellipsoid
-/// inscribed in their bounding box.
+/// Whether p_B is inside a shape; a mesh counts as the ellipsoid inscribed in its bounding box.
 bool Inside(const Shape& shape, const Eigen::Vector3d& p_B);
 
 }  // namespace rangegrasp::geometry

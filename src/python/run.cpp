@@ -23,8 +23,7 @@ namespace {
 /// The word of a detector that is a Python function.
 constexpr const char* kPython = "python";
 
-// The function of the current run or report, and its name in stamps. It is the detector `python`
-// during its lifetime.
+// The function of a run or report and its name in stamps; during its lifetime detector `python`.
 struct Asked {
   Asked(const nb::object& function, const std::string& function_name)
       : ask(function), name(function_name) {
@@ -72,8 +71,7 @@ std::unique_ptr<grasp::Detector> MakeDetector(const trial::Options& options,
   return external::MakeFunctionDetector(Ask, options, robot, std::move(observer));
 }
 
-// Forks while no other Python thread holds a lock. The child ignores Ctrl-C: the parent handles it
-// and ends its children.
+// Forks while no other Python thread holds a lock. On Ctrl-C, the parent ends its children.
 int Fork() {
   PyOS_BeforeFork();
   const pid_t pid = fork();

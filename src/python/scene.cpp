@@ -348,8 +348,7 @@ class Scene {
     sensed_.reset();
     found_.reset();
   }
-  // A perceived grasp keeps all its data. Any other grasp is checked like that of an external
-  // detector.
+  // A perceived grasp keeps all its data. Any other is checked like that of an external detector.
   std::unique_ptr<grasp::Detector> DetectorOf(const Asked& asked) const {
     const auto is_asked = [&](const grasp::DetectedGrasp& grasp) {
       return grasp.width_m == asked.width_m &&

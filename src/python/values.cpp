@@ -14,8 +14,7 @@ namespace {
 
 constexpr double kRotationError = 1e-3;
 
-/// Positions of the samples among those of all views, one view after the other, as a detector names
-/// them.
+/// Positions among the samples of all views, one view after the other, as a detector names them.
 nb::ndarray<nb::numpy, std::int64_t, nb::c_contig> SamplesOf(
     const std::vector<geometry::SampleId>& samples, const geometry::Observation& observation) {
   std::vector<std::int64_t> first = {0};  // of each view

@@ -38,8 +38,7 @@ Array ArrayOf(const geometry::Points& points);  ///< n x 3
 /// @throws std::invalid_argument (ValueError) naming the argument unless it is a rigid motion
 base::Pose PoseFrom(const Matrix4& X, const char* name);
 
-/// Converts JSON to None, numbers, strings, lists and dictionaries. A number that is not finite
-/// becomes None, as in records.
+/// JSON as Python objects. A number that is not finite becomes None, as in records.
 nb::object ObjectOf(const nlohmann::ordered_json& json);
 
 /// A scan without ground truth: {"views": [{"points", "noise", "colors", "X_WV"}]}.
@@ -49,8 +48,7 @@ nb::dict DictOf(const geometry::Observation& observation);
 /// @throws std::invalid_argument naming the error in an array
 geometry::Observation ObservationFrom(const nb::dict& scan);
 
-/// An object as a dictionary for the package's class Object.
-/// @param points  its points
+/// An object and its points as a dictionary for the package's class Object.
 nb::dict DictOf(const grasp::DetectedObject& object, const geometry::Points& points,
                 const geometry::Observation& observation);
 

@@ -18,8 +18,7 @@ constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr double kWhite = 0.85;  // albedo to which the stated noise refers
 // Minimum reflected light, which keeps the noise finite: less light cannot be measured.
 constexpr double kFaint = 0.02;
-// Neighbors whose disparity differs by more belong to two surfaces: a slope of 85 deg at ten
-// baselines.
+// Neighbors whose disparity differs by more are two surfaces: a slope of 85 deg at ten baselines.
 constexpr float kDisparityEdge_px = 1.0F;
 // The same for the depth by time of flight: at 1 m, a slope of 85 deg from pixel to pixel.
 constexpr float kDepthEdge = 0.02F;

@@ -42,8 +42,7 @@ constexpr float kFarAway_m = 20.0f;
 // (0.2 um at 2 m), below the thickness of all objects.
 constexpr float kLiftOff_m = 1e-4f;
 
-/// Computes the points on meshes that the laser lights and whether the camera sees them. Keeps
-/// references to its arguments.
+/// The points on meshes that the laser lights, and whether the camera sees them.
 class Illumination {
  public:
   /// @throws std::invalid_argument like CasterOf.
@@ -133,8 +132,7 @@ class Illumination {
 };
 
 // Neighboring samples further than this from each other's tangent plane have an edge between them:
-// the line's width. A smaller value costs rays on curved surfaces; a larger one leaves small steps
-// too sharp.
+// the line's width. Less costs rays on curved surfaces; more leaves small steps too sharp.
 constexpr float kEdge_m = 0.001f;
 // Minimum step of albedo that shifts the line's centroid noticeably: 0.1 in 0.5 shifts it by at
 // most a fifth of half the line's width. A smaller value would cost rays on every print.
@@ -143,8 +141,7 @@ constexpr double kAlbedoStep = 0.1;
 // larger value widens the shadows' borders, by less than the line's width.
 constexpr double kFaintShare = 0.15;
 
-/// Sample points across the line's width (in units of it, Gaussian: 1/e^2 at 0.5) and along one
-/// sample's length.
+/// Sample points across the line (in its widths; Gaussian, 1/e^2 at 0.5) and along one sample.
 constexpr std::array<double, 5> kAcross = {-0.6, -0.3, 0.0, 0.3, 0.6};
 constexpr std::array<double, 3> kAlong = {-1.0 / 3.0, 0.0, 1.0 / 3.0};
 

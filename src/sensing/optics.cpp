@@ -171,8 +171,7 @@ bool Patches::IsLost(const Eigen::Vector3f& point_W, double loss) const {
   std::uint64_t patch = seed_;
   for (int axis = 0; axis < 3; ++axis) {
     const auto place = static_cast<double>(point_W[axis]);
-    // With a grid corner in the origin, rounding would split the table's plane between two layers
-    // of cells.
+    // From a grid corner in the origin, rounding would split the table's plane between two layers.
     const double cell = size_m_ > 0.0 ? std::floor(place / size_m_ + shift_[axis])
                                       : std::round(place / kSinglePlace_m);
     patch = base::DeriveSeed(patch, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)));

@@ -131,8 +131,7 @@ struct Blob {
 };
 
 /// Splits glints into groups where neighbors in the image are further apart than `width_px`, and
-/// returns the brightest group; of equal ones, that with the smaller column. Sorts `glints`.
-/// @return brightness 0 if there is no light.
+/// returns the brightest (0: no light); of equal ones, of the smaller column. Sorts `glints`.
 Blob BrightestBlob(std::span<Glint> glints, double width_px);
 
 }  // namespace rangegrasp::sensing

@@ -51,8 +51,7 @@ Picture ReadPng(const std::filesystem::path& file);
 std::string ReadPngOfAnyKind(const std::filesystem::path& file);
 
 /// Encodes an Image, Grey8 or Grey16 as PNG; equal images give equal bytes.
-/// @throws std::invalid_argument if the size is 0 or does not match the number of pixels;
-/// base::RunError if libpng fails.
+/// @throws std::invalid_argument if the size is 0 or not that of the pixels; base::RunError.
 template <typename Picture>
 std::string EncodePng(const Picture& picture);
 

@@ -26,8 +26,7 @@ class OffscreenContext {
   /// Directs all further drawing to this context. @throws base::RunError if OSMesa fails.
   void MakeCurrent();
 
-  /// The drawn image. Each pixel is the mean of `oversampling` >= 1 drawn pixels in each direction,
-  /// which smooths edges without multisampling.
+  /// The drawn image; each pixel is the mean of `oversampling` >= 1 drawn ones in each direction.
   Image Picture(int oversampling = 1) const;
 
  private:

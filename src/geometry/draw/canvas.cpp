@@ -71,8 +71,7 @@ void DrawPoints(GLenum as, const geometry::Points& points, const Color& color) {
   gl.end();
 }
 
-// Flat shading by a light at the eye, brighter from above. It is computed here so that it does not
-// depend on the winding.
+// Flat shading for any winding, by a light at the eye, brighter from above.
 void DrawSurface(const Canvas::Surface& surface, const View& view) {
   const image::OpenGl& gl = image::Gl();
   gl.depth_mask(surface.color[3] < 1.0F ? GL_FALSE : GL_TRUE);

@@ -45,8 +45,7 @@ struct View {
 };
 
 /// Draws a canvas without display or GPU (OSMesa).
-/// @throws base::RunError if no offscreen context can be made, std::invalid_argument for a size
-/// that is not positive.
+/// @throws as image::OffscreenContext.
 image::Image Render(const Canvas& canvas, const View& view, int width, int height);
 
 }  // namespace rangegrasp::draw

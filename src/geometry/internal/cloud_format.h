@@ -62,8 +62,7 @@ std::optional<double> ParseNumber(std::string_view word);
 /// The point given by the first three words, which may be nan.
 /// @throws base::InputError naming file and line if one is not a number.
 Eigen::Vector3d PointFrom(const LineReader& lines, std::span<const std::string_view> words);
-/// @throws base::InputError naming the file and `what`, if a coordinate of p is not finite or
-/// beyond `max`.
+/// @throws base::InputError naming the file and `what` if p is not finite or beyond `max`.
 void CheckPlace(const std::filesystem::path& file, const std::string& what,
                 const Eigen::Vector3d& p, double max);
 /// A word for a message: in quotes, shortened, without unprintable bytes.
@@ -97,8 +96,7 @@ struct Layout {
   bool by_field = false;        ///< the values are grouped by field, not by point
 };
 
-/// Reads rows of words, one per point, into a cloud's points and colors. Each row must have one
-/// number per column, of the column's type.
+/// Reads rows of words, one per point, with one number per column, of the column's type.
 void ReadAsciiPoints(LineReader& lines, const Layout& layout, CloudFile& cloud);
 /// Fails unless the rest of the text is blank.
 void CheckEnd(LineReader& lines);
@@ -121,18 +119,15 @@ void AppendPoint(const Eigen::Vector3d& p, std::string& bytes);
 bool IsPly(const std::filesystem::path& file, std::string_view bytes);
 
 constexpr const char* kPlyColor = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
-/// The header of a binary little-endian PLY up to its vertices' x, y and z (float); the caller adds
-/// further properties and end_header.
+/// The header of a binary PLY up to its vertices' x, y and z; more properties, end_header follow.
 std::string PlyVertexHeader(std::size_t vertices);
 
 /// Checks the whole header of a PLY. @return the number of declared faces
-/// @throws base::InputError naming file and line: an unknown key or type, no x, y and z, no end,
-/// more elements than the data can contain.
+/// @throws base::InputError naming file and line, also for more elements than fit into the data.
 std::size_t CheckPlyHeader(const std::filesystem::path& file, std::string_view bytes);
 
 /// Reads vertices and faces: the lists vertex_indices or vertex_index of the element face.
-/// @throws base::InputError naming file and line, also for a list that is too long for the file and
-/// for a vertex that does not exist.
+/// @throws base::InputError naming file and line, also for a vertex that does not exist.
 PolygonSoup ReadPlyPolygons(const std::filesystem::path& file, std::string_view bytes);
 
 /// Reads the vertices of a PLY file (ascii, binary of either byte order).

@@ -26,8 +26,7 @@ struct PolygonSoup {
 PolygonMesh ToPolygonMesh(const std::filesystem::path& file, const PolygonSoup& soup);
 
 /// Reads vertices and faces of an OBJ file and ignores everything else.
-/// @throws base::InputError naming file and line: a vertex without three numbers, a face with a
-/// vertex that does not exist.
+/// @throws base::InputError naming file and line, also for a vertex that does not exist.
 PolygonSoup ReadObj(const std::filesystem::path& file, std::string_view bytes);
 
 /// Reads the text of an OFF file (OFF, COFF, NOFF, STOFF and their combinations).
