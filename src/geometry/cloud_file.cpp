@@ -52,16 +52,6 @@ std::size_t CountOf(const LineReader& lines, const WordList& words, std::size_t 
   return *value;
 }
 
-void ReadViewpoint(const LineReader& lines, const WordList& words, Header& header) {
-  Eigen::Vector3d origin;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto value = i + 1 < words.size() ? ParseNumber(words[i + 1]) : std::nullopt;
-    if (!value) lines.Fail("VIEWPOINT needs seven numbers: x y z and a quaternion");
-    origin[static_cast<Eigen::Index>(i)] = *value;
-  }
-  if (origin.allFinite()) header.viewpoint = origin;
-}
-
 void ReadKey(const LineReader& lines, const WordList& words, Header& header) {
   const std::string_view key = words[0];
   if (key == "FIELDS" || key == "COLUMNS") {
@@ -90,7 +80,9 @@ void ReadKey(const LineReader& lines, const WordList& words, Header& header) {
   } else if (key == "POINTS") {
     header.points = CountOf(lines, words, 1, 0);
   } else if (key == "VIEWPOINT") {
-    ReadViewpoint(lines, words, header);
+    const auto place = ParsePoint(std::span(words).subspan(1));
+    if (!place) lines.Fail("VIEWPOINT needs seven numbers: x y z and a quaternion");
+    if (place->allFinite()) header.viewpoint = place;
   } else if (key == "DATA") {
     header.data = words.size() > 1 ? std::string(words[1]) : "";
     if (header.data != "ascii" && header.data != "binary" && header.data != "binary_compressed") {

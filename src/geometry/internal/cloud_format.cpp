@@ -171,18 +171,6 @@ void CheckHeader(const LineReader& lines, PlyHeader& header) {
   if (std::ranges::any_of(header.vertex.color, IsMissing)) header.vertex.color.clear();
 }
 
-// The place in our comment "viewpoint x y z"; others may use the word, too.
-std::optional<Eigen::Vector3d> ViewpointIn(const WordList& words) {
-  if (words.size() != 5 || words[1] != "viewpoint") return std::nullopt;
-  Eigen::Vector3d place;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto value = ParseNumber(words[axis + 2]);
-    if (!value || !std::isfinite(*value)) return std::nullopt;
-    place[axis] = *value;
-  }
-  return place;
-}
-
 PlyHeader ReadPlyHeader(LineReader& lines) {
   PlyHeader header;
   lines.Next();  // "ply"
@@ -192,7 +180,10 @@ PlyHeader ReadPlyHeader(LineReader& lines) {
     const auto words = Words(*line);
     if (words.empty() || words[0] == "obj_info") continue;
     if (words[0] == "comment") {
-      if (const auto place = ViewpointIn(words)) header.viewpoint = place;
+      // Ours is "viewpoint x y z"; others may use the word, too.
+      const bool ours = words.size() == 5 && words[1] == "viewpoint";
+      const auto place = ours ? ParsePoint(std::span(words).subspan(2)) : std::nullopt;
+      if (place && place->allFinite()) header.viewpoint = place;
       continue;
     }
     if (words[0] == "end_header") break;
@@ -367,11 +358,19 @@ std::optional<double> ParseNumber(std::string_view word) {
   return value;
 }
 
+std::optional<Eigen::Vector3d> ParsePoint(std::span<const std::string_view> words) {
+  Eigen::Vector3d p;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto value = axis < std::ssize(words) ? ParseNumber(words[axis]) : std::nullopt;
+    if (!value) return std::nullopt;
+    p[axis] = *value;
+  }
+  return p;
+}
+
 Eigen::Vector3d PointFrom(const LineReader& lines, std::span<const std::string_view> words) {
   Eigen::Vector3d p;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    p[static_cast<Eigen::Index>(axis)] = NumberIn(lines, words[axis]);
-  }
+  for (int axis = 0; axis < 3; ++axis) p[axis] = NumberIn(lines, words[axis]);
   return p;
 }
 

@@ -59,7 +59,9 @@ using WordList = std::vector<std::string_view>;
 WordList Words(std::string_view line);
 /// Parses a number, including "nan"; nullopt if the word is anything else.
 std::optional<double> ParseNumber(std::string_view word);
-/// The point given by the first three words, which may be nan.
+/// The point given by the first three words, which may be nan; nullopt if they are anything else.
+std::optional<Eigen::Vector3d> ParsePoint(std::span<const std::string_view> words);
+/// The same for words that must be there.
 /// @throws base::InputError naming file and line if one is not a number.
 Eigen::Vector3d PointFrom(const LineReader& lines, std::span<const std::string_view> words);
 /// @throws base::InputError naming the file and `what` if p is not finite or beyond `max`.
