@@ -65,12 +65,6 @@ void ReadNumbers(base::YamlMap& map, StripeSensorOptions& o) {
            "share of these that show the previous line; the others are in a random row");
 }
 
-double RowFromMiddle(const StripeSensorOptions& options, double height_m) {
-  const double depth = options.standoff_m - height_m * std::cos(options.angle_rad);
-  const double focal = options.line.columns_per_m * options.standoff_m;
-  return focal * height_m * std::sin(options.angle_rad) / depth;
-}
-
 // Fails for options that are inconsistent.
 void CheckRelations(const base::YamlMap& map, const StripeSensorOptions& options) {
   if (options.lines_ahead_m.empty()) map.Fail("lines_ahead_mm", "must have at least one line");
@@ -86,9 +80,9 @@ void CheckRelations(const base::YamlMap& map, const StripeSensorOptions& options
     map.Fail("range_above_mm", "comes nearer to the camera than half of standoff_mm");
   }
   const char* unseen = "is not visible: more rows or a smaller range are needed";
-  const double half = 0.5 * (options.rows - 1);
-  if (RowFromMiddle(options, options.range_above_m) > half) map.Fail("range_above_mm", unseen);
-  if (-RowFromMiddle(options, -options.range_below_m) > half) map.Fail("range_below_mm", unseen);
+  const StripeSensor sensor(options);
+  if (sensor.RowOf(options.range_above_m) > options.rows - 1) map.Fail("range_above_mm", unseen);
+  if (sensor.RowOf(-options.range_below_m) < 0.0) map.Fail("range_below_mm", unseen);
 }
 
 // YamlMap can only read lists of words.
