@@ -84,13 +84,6 @@ std::string NumberText(double number) {
 
 // ---- the even grid, and times ----
 
-// Evenly spaced columns along a line's x.
-struct EvenGrid {
-  double first_m = 0.0;
-  double pitch_m = 0.0;
-  std::size_t columns = 0;
-};
-
 // Maximum distance of neighboring points, relative to the usual one. Points with missing ones
 // between them are further apart; points on slopes that a sensor sees are closer.
 constexpr double kGap = 1.5;
@@ -138,7 +131,7 @@ double UsualDistance(const std::vector<GridPoint>& points) {
 
 // The grid that contains all points with a height. If columns_per_m is 0, its pitch is the usual
 // distance of neighboring points. Nullopt if no row has two points.
-std::optional<EvenGrid> GridOf(const std::deque<RawRow>& rows, double columns_per_m) {
+std::optional<ProfileGrid> GridOf(const std::deque<RawRow>& rows, double columns_per_m) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   double pitch = columns_per_m > 0.0 ? 1.0 / columns_per_m : 0.0;
@@ -158,12 +151,12 @@ std::optional<EvenGrid> GridOf(const std::deque<RawRow>& rows, double columns_pe
         "for a missing value among x no_values (--no-value)",
         low, high, 1.0 / pitch, columns, kMaxGridColumns));
   }
-  return EvenGrid{low, pitch, static_cast<std::size_t>(columns)};
+  return ProfileGrid{low, pitch, static_cast<std::size_t>(columns)};
 }
 
 // A row's heights at the columns of a grid, linear between neighboring points. Gaps (kGap) and
 // unmeasured columns stay empty.
-std::vector<float> OnGrid(const RawRow& row, const EvenGrid& grid) {
+std::vector<float> OnGrid(const RawRow& row, const ProfileGrid& grid) {
   std::vector<float> heights(grid.columns, std::numeric_limits<float>::quiet_NaN());
   const auto points = PointsOf(row);
   const double typical = UsualDistance(points);
@@ -220,11 +213,7 @@ class ProfileRows {
     return row ? std::optional(Finish(std::move(*row))) : std::nullopt;
   }
 
-  std::optional<ProfileGrid> grid() const {
-    if (!grid_) return std::nullopt;
-    const double half_m = 0.5 * grid_->pitch_m * static_cast<double>(grid_->columns - 1);
-    return ProfileGrid{1.0 / grid_->pitch_m, grid_->first_m + half_m};
-  }
+  const std::optional<ProfileGrid>& grid() const { return grid_; }
 
  private:
   struct Stamp {
@@ -280,7 +269,7 @@ class ProfileRows {
   ProfileFileOptions options_;
   std::deque<RawRow> held_;  // read while the grid was unknown
   bool begun_ = false;
-  std::optional<EvenGrid> grid_;
+  std::optional<ProfileGrid> grid_;
   std::optional<Stamp> last_;  // of the last valid row
   double max_gap_s_ = 0.0;     // 0: not known yet
 };

@@ -24,8 +24,11 @@ struct ProfileRow {
 
 /// The even grid onto which profiles with x were resampled, in the sensor's own x.
 struct ProfileGrid {
-  double columns_per_m = 0.0;
-  double center_x_m = 0.0;  ///< x of the middle between first and last column
+  double first_m = 0.0;  ///< x of the first column
+  double pitch_m = 0.0;
+  std::size_t columns = 0;
+
+  double Center() const { return first_m + 0.5 * pitch_m * static_cast<double>(columns - 1); }
 };
 
 /// Reads a text row by row, so that it can follow a pipe. A missing value is an empty field, "nan"

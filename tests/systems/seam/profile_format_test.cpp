@@ -86,8 +86,8 @@ std::vector<double> Edges(const ProfileFile& file) {
   options.line.columns_per_m = 1e3 * kColumnsPerMm;
   double center_m = 0.0;
   if (file.grid) {
-    options.line.columns_per_m = file.grid->columns_per_m;
-    center_m = file.grid->center_x_m;
+    options.line.columns_per_m = 1.0 / file.grid->pitch_m;
+    center_m = file.grid->Center();
   }
   EdgeTracker tracker(options);
   std::vector<double> edges;
@@ -305,8 +305,8 @@ TEST(ProfileGrids, AGapStaysAGapAndWhatIsBetweenNeighboursIsLinear) {
   const auto file =
       ReadText(folder, "0,0,1,2,2,nan,3,6,4,8,7,14,8,16\n", "{layout: pairs}", 2000.0);
   ASSERT_TRUE(file.grid);
-  EXPECT_DOUBLE_EQ(file.grid->columns_per_m, 2000.0);
-  EXPECT_DOUBLE_EQ(file.grid->center_x_m, 4e-3);
+  EXPECT_DOUBLE_EQ(1.0 / file.grid->pitch_m, 2000.0);
+  EXPECT_DOUBLE_EQ(file.grid->Center(), 4e-3);
   const auto& heights = file.rows[0].profile.height_m;
   ASSERT_EQ(heights.size(), 17U);
   // A column is 0.5 mm wide. Between x = 1 and 3 and between 4 and 7 only columns near a point have
@@ -328,7 +328,7 @@ TEST(ProfileGrids, RoundedXDoesNotShiftAlongTheLine) {
   std::string text;
   for (int i = 0; i < 1024; ++i) text += fmt::format("{:.3f} 1\n", i / 12.0);
   const auto file = ReadText(folder, text, "{layout: points}");
-  EXPECT_NEAR(file.grid->columns_per_m, 12e3, 0.2);  // an error of 1 um over the whole line
+  EXPECT_NEAR(1.0 / file.grid->pitch_m, 12e3, 0.2);  // an error of 1 um over the whole line
   EXPECT_EQ(file.rows[0].profile.height_m.size(), 1024U);
 }
 
@@ -337,7 +337,7 @@ TEST(ProfileGrids, XMayFallAndTheGridHoldsAllRows) {
   const auto file =
       ReadText(folder, "3,30,2,20,1,10,0,0\n5,50,4,40,3,30,2,20\n", "{layout: pairs}");
   ASSERT_EQ(file.rows[0].profile.height_m.size(), 6U);
-  EXPECT_DOUBLE_EQ(file.grid->columns_per_m, 1000.0);
+  EXPECT_DOUBLE_EQ(1.0 / file.grid->pitch_m, 1000.0);
   EXPECT_FLOAT_EQ(file.rows[0].profile.height_m[1], 10e-3F);
   EXPECT_TRUE(std::isnan(file.rows[0].profile.height_m[5]));
   EXPECT_TRUE(std::isnan(file.rows[1].profile.height_m[0]));

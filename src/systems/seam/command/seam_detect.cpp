@@ -426,8 +426,8 @@ class Detection {
   // Sets the grid of profiles that have x.
   void SetGrid(const std::optional<seam::ProfileGrid>& grid) {
     if (!grid || tracker_) return;
-    options_.line.columns_per_m = grid->columns_per_m;
-    center_x_m_ = grid->center_x_m;
+    options_.line.columns_per_m = 1.0 / grid->pitch_m;
+    center_x_m_ = grid->Center();
   }
 
   void Take(const seam::ProfileRow& row) {
