@@ -301,7 +301,7 @@ constexpr std::size_t kMinPoints = 100;
 /// The measured points and the sensor's positions.
 struct Measured {
   Points points_C;
-  std::vector<ScanPlace> scan;  ///< one per point
+  Indices lines;  ///< for each point, the number of its scan line
   Points places_C;
   Indices place_of;  ///< for each point, its position in places_C
   bool scan_order = false;
@@ -323,8 +323,7 @@ Measured Gather(const geometry::Observation& observation,
         measured.places_C.push_back(origin_C);
       }
       measured.points_C.push_back(p_C);
-      measured.scan.push_back({first_line + static_cast<std::uint32_t>(i / samples),
-                               static_cast<std::uint32_t>(i % samples)});
+      measured.lines.push_back(first_line + static_cast<std::uint32_t>(i / samples));
       measured.place_of.push_back(static_cast<std::uint32_t>(measured.places_C.size() - 1));
     }
     first_line += static_cast<std::uint32_t>(std::max(image.profiles, 1));
@@ -425,9 +424,9 @@ void FindCurvature(const Measured& measured, const KdTree& tree,
       geometry::PositionsOf(CurvedPoints(scene.cloud, tree, options.curvature, neighbors));
   scene.scan_order = measured.scan_order;
   if (!scene.scan_order) return;
-  std::vector<ScanPlace> places;
-  for (const auto i : scene.source) places.push_back(measured.scan[i]);
-  scene.edges = geometry::PositionsOf(LineEdges(scene.cloud.points, places, options.curvature));
+  Indices lines;
+  for (const auto i : scene.source) lines.push_back(measured.lines[i]);
+  scene.edges = geometry::PositionsOf(LineEdges(scene.cloud.points, lines, options.curvature));
 }
 
 /// Removes the points whose normals are not those of a top.

@@ -14,14 +14,14 @@ constexpr double kCollinear = 1e-12;
 
 /// The first point at least step_m from point i along its scan line, forward or backward. With a
 /// step of 0, the next or previous stored point, on any line.
-std::optional<std::size_t> Along(geometry::PointSpan points, std::span<const ScanPlace> places,
+std::optional<std::size_t> Along(geometry::PointSpan points, std::span<const std::uint32_t> lines,
                                  std::size_t i, bool forward, double step_m) {
   std::size_t at = i;
   for (;;) {
     if (forward ? at + 1 == points.size() : at == 0) return std::nullopt;
     at = forward ? at + 1 : at - 1;
     if (!(step_m > 0.0)) return at;
-    if (places[at].line != places[i].line) return std::nullopt;
+    if (lines[at] != lines[i]) return std::nullopt;
     if ((points[at] - points[i]).squaredNorm() >= step_m * step_m) return at;
   }
 }
@@ -70,13 +70,13 @@ std::vector<bool> CurvedPoints(const geometry::PointCloud& cloud, const geometry
   return curved;
 }
 
-std::vector<bool> LineEdges(geometry::PointSpan points, std::span<const ScanPlace> places,
+std::vector<bool> LineEdges(geometry::PointSpan points, std::span<const std::uint32_t> lines,
                             const CurvatureOptions& options) {
   const double min_cosine = std::cos(options.max_edge_angle_rad);
   std::vector<bool> edges(points.size(), false);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto before = Along(points, places, i, false, options.line_step_m);
-    const auto after = Along(points, places, i, true, options.line_step_m);
+    const auto before = Along(points, lines, i, false, options.line_step_m);
+    const auto after = Along(points, lines, i, true, options.line_step_m);
     if (!before || !after) continue;
     edges[i] = EdgeCosine(points[*before], points[i], points[*after]) > min_cosine;
   }

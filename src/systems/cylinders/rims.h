@@ -43,15 +43,9 @@ std::vector<bool> CurvedPoints(const geometry::PointCloud& cloud, const geometry
                                const CurvatureOptions& options,
                                const geometry::NeighborLists& known = {});
 
-/// Place of a measured point in the scan: its scan line, and its index on the line.
-struct ScanPlace {
-  std::uint32_t line = 0;
-  std::uint32_t sample = 0;
-};
-
 /// For each point, whether its scan line has an edge there (eq. 4.14). Points are in scan order.
-/// @param places  one per point. O(n).
-std::vector<bool> LineEdges(geometry::PointSpan points, std::span<const ScanPlace> places,
+/// @param lines  the number of each point's scan line. O(n).
+std::vector<bool> LineEdges(geometry::PointSpan points, std::span<const std::uint32_t> lines,
                             const CurvatureOptions& options);
 
 // Segmentation of curvature points into connected fragments (section 4.2.3).

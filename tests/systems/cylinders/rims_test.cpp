@@ -109,16 +109,16 @@ TEST(Curvature, OnlyWhatIsNearAnEdgeIsCurved) {
 TEST(Curvature, LineEdgesAreThoseOfTheEquationOverStoredNeighbors) {
   base::Rng rng(4);
   geometry::Points points;
-  std::vector<ScanPlace> places;
+  geometry::Indices lines;
   for (std::uint32_t line = 0; line < 5; ++line) {
     for (std::uint32_t sample = 0; sample < 40; ++sample) {
       points.push_back(Vector3d(0.01 * sample, 0.02 * line, 0.0) + 0.01 * RandomVector(rng));
-      places.push_back({line, sample});
+      lines.push_back(line);
     }
   }
   CurvatureOptions options;
   options.line_step_m = 0.0;
-  const auto edges = LineEdges(points, places, options);
+  const auto edges = LineEdges(points, lines, options);
   int found = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     bool edge = false;
@@ -135,16 +135,16 @@ TEST(Curvature, NoiseOfDenseSamplesIsNoEdge) {
   // A straight line of samples 0.2 mm apart with 0.1 mm noise, and one with a right-angle bend.
   base::Rng rng(5);
   geometry::Points points;
-  std::vector<ScanPlace> places;
+  geometry::Indices lines;
   for (std::uint32_t i = 0; i < 400; ++i) {
     const double along = 0.0002 * i - 0.04;
     points.push_back(Vector3d(std::min(along, 0.0), std::max(along, 0.0), 0.0) +
                      0.0001 * RandomVector(rng));
-    places.push_back({0, i});
+    lines.push_back(0);
   }
   CurvatureOptions options;
   options.line_step_m = 0.002;
-  const auto edges = LineEdges(points, places, options);
+  const auto edges = LineEdges(points, lines, options);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double from_edge = std::abs(0.0002 * static_cast<double>(i) - 0.04);
     if (from_edge < 0.0003) {
@@ -155,7 +155,7 @@ TEST(Curvature, NoiseOfDenseSamplesIsNoEdge) {
     }
   }
   options.line_step_m = 0.0;
-  const auto adjacent = LineEdges(points, places, options);
+  const auto adjacent = LineEdges(points, lines, options);
   EXPECT_GT(std::ranges::count(adjacent, true), 20);
 }
 
