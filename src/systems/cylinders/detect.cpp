@@ -60,11 +60,6 @@ void TurnUp(const Eigen::Vector3d& up, Line& axis) {
   if (axis.direction.dot(up) < 0.0) axis.direction = -axis.direction;
 }
 
-void AddRim(const Rim& rim, FoundCylinder& found) {
-  found.from_rim = true;
-  found.rim_share = rim.share;
-}
-
 /// Fits and checks a given cylinder at a candidate axis.
 class Examination {
  public:
@@ -107,7 +102,7 @@ class Examination {
     const bool placed = found.lies ? PlaceLying(seen, found) : PlaceStanding(seen, found);
     if (!placed) return std::nullopt;
     found.barrel = std::move(refined.points);
-    if (candidate.rim) AddRim(*candidate.rim, found);
+    if (candidate.rim) found.rim_share = candidate.rim->share;
     return found;
   }
 
@@ -256,7 +251,7 @@ class Examination {
     const Eigen::Vector3d foot = Table().Project(rim.circle_C.center);
     found.cylinder_C = {foot + 0.5 * given_.height_m * up, up, rim.circle_C.radius_m,
                         given_.height_m};
-    AddRim(rim, found);
+    found.rim_share = rim.share;
     return Agrees(found) ? std::optional(found) : std::nullopt;
   }
 
@@ -278,7 +273,7 @@ FoundCylinder PublishedPose(const CandidateContext& context, const Rim& rim,
   Line circle_axis{rim.circle_C.center, rim.circle_C.normal};
   TurnUp(up, circle_axis);
   FoundCylinder found;
-  AddRim(rim, found);
+  found.rim_share = rim.share;
   found.barrel = BarrelPoints(cloud.points, circle_axis, r, -given.height_m - distance_m,
                               distance_m, distance_m);
   std::erase_if(found.barrel, [&](std::uint32_t i) {

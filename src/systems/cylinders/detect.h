@@ -81,11 +81,12 @@ struct FoundCylinder {
   std::size_t given = 0;       ///< index of the given cylinder
   Cylinder cylinder_C;         ///< radius as measured, height as given
   bool lies = false;           ///< its axis is not upright
-  bool from_rim = false;       ///< found by its rim, otherwise by its barrel
   double rim_share = 0.0;      ///< Rim::share; 0 if found by its barrel
   double length_seen_m = 0.0;  ///< of the barrel along the axis; 0: only its rim was seen
   ViewCounts view;             ///< agreement with the scan; zeros as published
   geometry::Indices barrel;    ///< positions in CylinderScene::cloud
+
+  bool IsFromRim() const { return rim_share > 0.0; }
 };
 
 struct CylinderScene {

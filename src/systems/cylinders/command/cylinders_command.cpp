@@ -72,7 +72,7 @@ ordered_json Json(const FoundCylinder& found) {
           {"radius_m", c.radius_m},
           {"height_m", c.height_m},
           {"lies", found.lies},
-          {"found_by", found.from_rim ? "rim" : "barrel"},
+          {"found_by", found.IsFromRim() ? "rim" : "barrel"},
           {"rim_share", found.rim_share},
           {"barrel_points", found.barrel.size()},
           {"length_seen_m", found.length_seen_m},
@@ -125,7 +125,7 @@ std::string Text(const CylinderScene& scene, const std::vector<GivenCylinder>& g
         "{}: {}, by its {}, center ({:.4f}, {:.4f}, {:.4f}) m, axis ({:.4f}, {:.4f}, {:.4f}), "
         "radius as measured {:.2f} mm\n",
         Name(given[found.given], found.given), found.lies ? "lies" : "stands",
-        found.from_rim ? "rim" : "barrel", c.center.x(), c.center.y(), c.center.z(), c.axis.x(),
+        found.IsFromRim() ? "rim" : "barrel", c.center.x(), c.center.y(), c.center.z(), c.axis.x(),
         c.axis.y(), c.axis.z(), c.radius_m * base::kMmPerM);
   }
   for (std::size_t i = 0; i < given.size(); ++i) {

@@ -123,7 +123,7 @@ ordered_json ErrorOf(const FoundCylinder& found, const base::Pose& X_WO) {
   const Eigen::Vector3d off = c.center - X_WO.translation();
   const double along_m = off.dot(axis_W);
   return {{"lies", found.lies},
-          {"from_rim", found.from_rim},
+          {"from_rim", found.IsFromRim()},
           {"length_seen_m", found.length_seen_m},
           {"axis_error_rad", std::acos(std::min(1.0, std::abs(axis_W.dot(c.axis))))},
           {"along_error_m", std::abs(along_m)},
