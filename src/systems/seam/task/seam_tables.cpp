@@ -1,5 +1,3 @@
-#include "seam/task/seam_tables.h"
-
 #include <fmt/format.h>
 
 #include <cmath>

@@ -16,7 +16,6 @@
 #include "experiment/view.h"
 #include "seam/profile_io.h"
 #include "seam/task/seam_score.h"
-#include "seam/task/seam_tables.h"
 
 namespace rangegrasp::seam {
 namespace {
