@@ -11,7 +11,7 @@
 #include "cli/output.h"
 #include "cylinders/detect.h"
 #include "cylinders/task/cylinders_task.h"
-#include "cylinders/task/demo_task.h"
+#include "cylinders/task/demo_detector.h"
 #include "experiment/experiment.h"
 #include "geometry/mesh.h"
 #include "trial/command/perceive_command.h"

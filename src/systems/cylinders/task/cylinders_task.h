@@ -58,4 +58,13 @@ experiment::Report ComparisonReport(const experiment::Stamp& stamp,
 /// or on synthetic rays. A case is one table.
 const experiment::TaskKind& RecallTask();
 
+/// `task: cylinder_demo`: the live demo of section 4.4. A case is one run: one of several given
+/// cylinders among other objects is wanted, grasped, and handed over or put down.
+const experiment::TaskKind& DemoTask();
+
+/// Table 4.1: events of each kind of problem compared with the published ones, with and without
+/// influence on the run; the number of handovers; the number of pulls that were felt.
+experiment::Report DemoReport(const experiment::Stamp& stamp,
+                              const std::vector<experiment::Record>& records);
+
 }  // namespace rangegrasp::cylinders

@@ -101,4 +101,18 @@ std::unique_ptr<trial::Detector> MakeDemoDetector(const DemoOptions& options,
 /// points near it. Objects that lie mostly in it are removed.
 void PutFirst(const Cylinder& cylinder_C, bool lies, perception::Scene& scene);
 
+/// True if the robot knows from its own sensors that it can try again: nothing was found, planned
+/// or held, and nothing has been offered to a person.
+bool KnowsItFailed(const trial::Attempt& attempt, Delivery delivery);
+
 }  // namespace rangegrasp::cylinders
+
+namespace rangegrasp::draw {
+
+/// Draws the detection of given cylinders in a cloud (figures 4.4, 4.7, 4.11): the table grey-blue,
+/// outliers red, curvature points by normals green and by scan lines orange, the barrel of every
+/// found cylinder blue, the cylinder itself in the color of its given one, its axis black.
+void DrawCylinders(const cylinders::CylinderScene& scene, const Eigen::Vector3d& sensor_origin_C,
+                   const std::filesystem::path& png);
+
+}  // namespace rangegrasp::draw

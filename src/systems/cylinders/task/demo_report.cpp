@@ -8,7 +8,8 @@
 #include <optional>
 
 #include "base/statistics.h"
-#include "cylinders/task/demo_task.h"
+#include "cylinders/task/cylinders_task.h"
+#include "cylinders/task/demo_detector.h"
 #include "trial/trial.h"
 
 namespace rangegrasp::cylinders {

@@ -1,5 +1,3 @@
-#include "cylinders/task/demo_task.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +11,8 @@
 #include "base/stopwatch.h"
 #include "base/units.h"
 #include "base/words.h"
+#include "cylinders/task/cylinders_task.h"
+#include "cylinders/task/demo_detector.h"
 #include "geometry/cloud_file.h"
 #include "geometry/draw/canvas.h"
 #include "geometry/shape.h"

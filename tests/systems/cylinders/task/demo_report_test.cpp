@@ -3,7 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cylinders/task/demo_task.h"
+#include "cylinders/task/cylinders_task.h"
+#include "trial/trial.h"
 
 namespace rangegrasp::cylinders {
 namespace {

@@ -1,9 +1,8 @@
-#include "cylinders/task/demo_task.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
+#include "cylinders/task/demo_detector.h"
 #include "experiment/experiment.h"
 #include "temp_folder.h"
 
