@@ -136,7 +136,6 @@ std::vector<SeamResult> SeamsOf(const Facts& facts, const std::vector<Record>& r
     }
     SeamResult& failed = seams.emplace_back();
     failed.params = params;
-    failed.height_m = std::nan("");
     failed.profiles = facts.profiles_per_seam;
     if (params.shape == EdgeShape::kNone) continue;
     for (Tally& tally : failed.all) tally.profiles = failed.profiles;
@@ -320,29 +319,11 @@ std::vector<PublishedFigure> TimesOf(const Facts& facts, const std::vector<Recor
   return figures;
 }
 
-std::string SeamRows(const std::vector<SeamResult>& seams) {
-  std::string text =
-      "seam,shape,height_mm,profiles,method,no_edge,labelled,within_3px,within_10px,within_12px,"
-      "within_18px\n";
-  for (const SeamResult& seam : seams) {
-    const std::string height =
-        std::isfinite(seam.height_m) ? Fixed(seam.height_m * base::kMmPerM, 3) : "";
-    for (std::size_t m = 0; m < kMethods; ++m) {
-      text += fmt::format("{},{},{},{},{},{},{},{}\n", seam.params.number,
-                          base::Word(seam.params.shape), height, seam.profiles, MethodTitle(m),
-                          m < kAlone ? "" : Text(seam.no_edge[m]), seam.all[m].profiles,
-                          fmt::join(seam.all[m].within, ","));
-    }
-  }
-  return text;
-}
-
 experiment::Report RatesReport(const Facts& facts, const std::vector<Record>& records) {
   const auto seams = SeamsOf(facts, records);
   experiment::Report report;
   report.sections = {RatesSection(facts, seams), PlacesSection(facts, seams),
                      ShapesSection(facts, seams), ErrorsSection(facts, seams)};
-  report.files.emplace_back("rows.csv", SeamRows(seams));
   report.notes.emplace_back(
       "'as published' uses only the dissertation's rules. The sensor's noise was fitted to the "
       "published rates of the three single methods, so their agreement is not independent "
@@ -438,31 +419,6 @@ Section HazardsSection(const std::vector<RunResult>& runs) {
   return section;
 }
 
-std::string RunRows(const std::vector<RunResult>& runs, const std::vector<Record>& records) {
-  std::string text =
-      "run,method,hazard,end,reached_hazard,stopped_early,settled_mm,mean_error_mm,max_error_mm,"
-      "share_within_1mm\n";
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const RunResult& run = runs[i];
-    text += fmt::format(
-        "{},{},{},{},{:d},{:d},{:.1f},{:.4f},{:.4f},{:.5f}\n", run.params.number,
-        TitleOf(*run.params.method), base::Word(run.params.hazard),
-        Failed(records[i]) ? records[i].result.outcome : std::string(base::Word(run.end)),
-        run.reached_hazard, run.stopped_early, run.settled_m * base::kMmPerM,
-        run.mean_error_m * base::kMmPerM, run.max_error_m * base::kMmPerM, run.share_within_1mm);
-  }
-  return text;
-}
-
-experiment::Report RunsReport(const Facts& facts, const std::vector<Record>& records) {
-  const auto runs = RunsOf(records);
-  experiment::Report report;
-  report.sections = {facts.kind == SeamKind::kTracks ? TracksSection(facts, runs)
-                                                     : HazardsSection(runs)};
-  report.files.emplace_back("rows.csv", RunRows(runs, records));
-  return report;
-}
-
 // ---- the stamp ----
 
 // A published table is also parsed here, so that an invalid one is found before the run.
@@ -488,8 +444,10 @@ void AddTo(Stamp& stamp, const SeamExperiment& experiment) {
 
 experiment::Report ReportOf(const Stamp& stamp, const std::vector<Record>& records) {
   const Facts facts = FactsOf(stamp);
-  experiment::Report report =
-      facts.kind == SeamKind::kRates ? RatesReport(facts, records) : RunsReport(facts, records);
+  experiment::Report report;
+  if (facts.kind == SeamKind::kRates) report = RatesReport(facts, records);
+  if (facts.kind == SeamKind::kTracks) report.sections = {TracksSection(facts, RunsOf(records))};
+  if (facts.kind == SeamKind::kHazards) report.sections = {HazardsSection(RunsOf(records))};
   const auto failed = std::ranges::count_if(records, Failed);
   if (failed > 0) {
     report.notes.push_back(

@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -64,14 +63,6 @@ Report ReportOn(const SeamExperiment& experiment, const std::vector<Record>& rec
   experiment::Stamp stamp;
   AddTo(stamp, experiment);
   return ReportOf(stamp, records);
-}
-
-std::string FileOf(const Report& report, const std::string& name) {
-  for (const auto& [file, text] : report.files) {
-    if (file == name) return text;
-  }
-  ADD_FAILURE() << "no " << name;
-  return "";
 }
 
 TEST(SeamTables, FiguresAreThoseOfTheTablesWithTheSeamsAsClusters) {
@@ -203,7 +194,6 @@ TEST(SeamTables, ACrashedCaseCountsAsFailed) {
   EXPECT_EQ(rates.sections[0].grid.rows[0][1], "16.67");  // 5 of 30
   ASSERT_EQ(rates.notes.size(), 2U);
   EXPECT_THAT(rates.notes[1], HasSubstr("1 of 4 cases crashed"));
-  EXPECT_THAT(FileOf(rates, "rows.csv"), HasSubstr("\n3,step,,10,Model-Fitting,,10,0,0,0,0\n"));
 
   RunResult done;
   done.settled_m = 0.3;
@@ -212,7 +202,6 @@ TEST(SeamTables, ACrashedCaseCountsAsFailed) {
   const Report tracks = ReportOn(Shipped("seam_track"), {RunRecord(done), Crashed(params)});
   const Cells& row = tracks.sections[0].grid.rows[0];
   EXPECT_EQ((Cells{row[1], row[2], row[3], row[6]}), (Cells{"2", "1", "1", "50.00"}));
-  EXPECT_THAT(FileOf(tracks, "rows.csv"), HasSubstr(",crashed,"));
 
   params.hazard = Hazard::kMatEnd;
   const Report hazards = ReportOn(Shipped("seam_hazards"), {Crashed(params)});
@@ -257,20 +246,6 @@ TEST(SeamTables, ANumberOfTheStampThatIsNoneIsNamed) {
 }
 
 TEST(SeamTables, AStampOfAnotherKindIsRefused) { EXPECT_THROW(ReportOf({}, {}), base::InputError); }
-
-TEST(SeamRows, AreOneALineInOrder) {
-  const std::string csv = FileOf(ReportOn(Shipped("seam_base"), Rates()), "rows.csv");
-  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 3 * static_cast<int>(kMethods));
-  std::vector<Record> runs;
-  for (int run = 0; run < 3; ++run) {
-    RunResult r;
-    r.params.number = run;
-    runs.push_back(RunRecord(r));
-  }
-  const std::string lines = FileOf(ReportOn(Shipped("seam_track"), runs), "rows.csv");
-  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 4);
-  EXPECT_THAT(lines, HasSubstr("\n0," + kVotingTitle + ",none,done,0,0,0.0,0.0000,"));
-}
 
 }  // namespace
 }  // namespace rangegrasp::seam
