@@ -337,7 +337,6 @@ experiment::Report ComparisonReport(const experiment::Stamp& stamp,
   const Collected all = Collect(stamp, records);
   experiment::Report report;
   report.csv = MeansOf(all.lines);
-  report.files.emplace_back("fits.csv", experiment::CsvOf(report.csv));
   for (const Source source : base::ValuesOf<Source>()) {
     if (std::ranges::find(all.lines, source, &TableLine::source) == all.lines.end()) continue;
     report.sections.push_back({fmt::format("Table {}, points: {}, {} iterations",

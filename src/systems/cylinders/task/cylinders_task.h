@@ -46,10 +46,8 @@ inline constexpr const char* kNoise = "noise_mm";
 /// Suffix after a fit's name in a result's seconds: the part of its time spent on preparation.
 inline constexpr const char* kPreparation = " preparation";
 
-/// For each source, table 4.3 or 4.4: one line per row and method, with the published figures; also
-/// fits.csv (all means), and the figures (4.13, or 4.14 to 4.19) as SVG. Means are over the
-/// fits that did not fail. The tables also give the number of failures, including cases without a
-/// result, and of fits.
+/// For each source, table 4.3 or 4.4, with the published figures, and the figures (4.13, or 4.14 to
+/// 4.19) as SVG. Means are over the fits that did not fail; cases without a result count as failed.
 /// @throws base::InputError if the published table in the stamp is invalid.
 experiment::Report ComparisonReport(const experiment::Stamp& stamp,
                                     const std::vector<experiment::Record>& records);

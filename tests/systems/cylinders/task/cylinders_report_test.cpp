@@ -52,8 +52,7 @@ TEST(CylindersReport, MeansStandBesideThePublishedRowAndFailedFitsCount) {
               ElementsAre(ElementsAre("10 x 100", "4000", "RCF as printed", "10.3000", "0.4000",
                                       "0.3000", "0.260", "0.0300", "0.0100", "0.0320", "0.5000",
                                       "0.2500", "0.32", "2 of 4")));
-  EXPECT_EQ(report.files[0].first, "fits.csv");
-  EXPECT_EQ(report.files[1].first, "figure_4.13_perfect.svg");
+  EXPECT_EQ(report.files[0].first, "figure_4.13_perfect.svg");
 }
 
 // The published row is that of the method in the text, not of ours.
@@ -89,8 +88,8 @@ TEST(CylindersReport, OnlyPerfectImagesStandBesideThePublishedFigures) {
   EXPECT_EQ(report.sections[0].grid.rows.at(0)[6], "0.260");
   EXPECT_EQ(report.sections[1].grid.rows.at(0)[6], "-");
   const std::string dots = "RCF as printed, published";
-  EXPECT_THAT(report.files.at(1).second, testing::HasSubstr(dots));
-  EXPECT_THAT(report.files.at(2).second, testing::Not(testing::HasSubstr(dots)));
+  EXPECT_THAT(report.files.at(0).second, testing::HasSubstr(dots));
+  EXPECT_THAT(report.files.at(1).second, testing::Not(testing::HasSubstr(dots)));
 }
 
 TEST(CylindersReport, IterationsMakeSixFigures) {
@@ -105,10 +104,10 @@ TEST(CylindersReport, IterationsMakeSixFigures) {
                         "radius_error_mm": 0.0, "axis_error_deg": 0.01},
                        {"method": "rcf_as_printed", "iterations": 100, "radius_mm": 26.0,
                         "radius_error_mm": 0.25, "axis_error_deg": 0.5}])")});
-  ASSERT_EQ(report.files.size(), 7u);
-  EXPECT_THAT(report.files[1].second, testing::HasSubstr("RCF as printed"));
-  EXPECT_EQ(report.files[1].first, "figure_4.14_perfect.svg");
-  EXPECT_EQ(report.files[6].first, "figure_4.19_perfect.svg");
+  ASSERT_EQ(report.files.size(), 6u);
+  EXPECT_THAT(report.files[0].second, testing::HasSubstr("RCF as printed"));
+  EXPECT_EQ(report.files[0].first, "figure_4.14_perfect.svg");
+  EXPECT_EQ(report.files[5].first, "figure_4.19_perfect.svg");
   // The table shows the values for 100 iterations; the CSV has both.
   ASSERT_EQ(report.sections[0].grid.rows.size(), 2u);
   EXPECT_THAT(report.sections[0].grid.rows[0], testing::Contains("0.568"));
@@ -126,7 +125,7 @@ TEST(CylindersReport, FewTriplesAsPrintedDoNotFlattenTheFigures) {
                          error_mm + R"(, "axis_error_deg": 20.0},
                        {"method": "rcf_as_printed", "iterations": 100, "radius_mm": 26.0,
                         "radius_error_mm": 0.25, "axis_error_deg": 0.5}])")});
-    const std::string& svg = report.files.at(1).second;
+    const std::string& svg = report.files.at(0).second;
     const std::size_t at = svg.find("<circle");
     return at == std::string::npos ? std::string() : svg.substr(at, svg.find("/>", at) - at);
   };
