@@ -47,16 +47,11 @@ struct Truth {
   bool seen = false;
 };
 
-struct Clutter : samples::Tabletop {
+/// A table: the objects on it, and its scan. Its cylinders include the given ones.
+struct Table : samples::Tabletop {
   std::vector<Truth> given;
-};
-
-/// A table: its scan, and the objects on it.
-struct Table {
   geometry::Observation observation;
   std::optional<perception::Workspace> workspace;
-  std::vector<Truth> given;
-  std::vector<Cylinder> cylinders;  ///< all of them, including the given ones
 };
 
 /// Places objects on the table by the circumscribed circles of their outlines.
@@ -106,52 +101,52 @@ class Placing {
 
 /// Adds a cylinder if there is room; returns whether there is.
 bool AddCylinder(const GivenCylinder& shape, bool lies, double turn_rad, Placing& placing,
-                 Clutter& clutter) {
+                 Table& table) {
   const auto [r, h] = shape;
   // Circle for a lying cylinder's outline: half its length plus some of its width.
   const auto at = placing.Place(lies ? 0.5 * h + 0.005 : r);
   if (!at) return false;
-  clutter.cylinders.push_back(lies ? samples::Lying(at->x(), at->y(), turn_rad, r, h)
-                                   : samples::Standing(at->x(), at->y(), r, h));
+  table.cylinders.push_back(lies ? samples::Lying(at->x(), at->y(), turn_rad, r, h)
+                                 : samples::Standing(at->x(), at->y(), r, h));
   return true;
 }
 
-void AddBox(base::Rng& rng, Placing& placing, Clutter& clutter) {
+void AddBox(base::Rng& rng, Placing& placing, Table& table) {
   const double a = rng.Uniform(0.03, 0.09);
   const double b = rng.Uniform(0.03, 0.09);
   const double height = rng.Uniform(0.03, 0.16);
   const double turn = rng.Uniform(0.0, base::kPi);
   const auto at = placing.Place(0.5 * std::hypot(a, b));
   if (!at) return;
-  clutter.boxes.push_back(samples::StandingBox(at->x(), at->y(), turn, {a, b, height}));
+  table.boxes.push_back(samples::StandingBox(at->x(), at->y(), turn, {a, b, height}));
 }
 
-void AddOther(bool lies, base::Rng& rng, Placing& placing, Clutter& clutter) {
+void AddOther(bool lies, base::Rng& rng, Placing& placing, Table& table) {
   const double r = rng.Uniform(0.015, lies ? 0.035 : 0.045);
   const double h = lies ? rng.Uniform(0.06, 0.18) : rng.Uniform(0.04, 0.20);
   const double turn = lies ? rng.Uniform(0.0, base::kPi) : 0.0;
-  AddCylinder({r, h}, lies, turn, placing, clutter);
+  AddCylinder({r, h}, lies, turn, placing, table);
 }
 
-Clutter DrawClutter(const std::vector<GivenCylinder>& given, base::Rng& rng) {
-  Clutter clutter;
+Table DrawClutter(const std::vector<GivenCylinder>& given, base::Rng& rng) {
+  Table table;
   Placing placing(rng);
   for (std::size_t g = 0; g < given.size(); ++g) {
     const bool lies = rng.Uniform() < 0.4;
     const double turn = rng.Uniform(0.0, base::kPi);
-    if (!AddCylinder(given[g], lies, turn, placing, clutter)) continue;
-    clutter.given.push_back({.given = g, .cylinder = clutter.cylinders.back()});
+    if (!AddCylinder(given[g], lies, turn, placing, table)) continue;
+    table.given.push_back({.given = g, .cylinder = table.cylinders.back()});
   }
   const std::size_t others = 3 + rng.Index(4);
   for (std::size_t i = 0; i < others; ++i) {
     const double kind = rng.Uniform();
     if (kind < 0.5) {
-      AddBox(rng, placing, clutter);
+      AddBox(rng, placing, table);
     } else {
-      AddOther(kind >= 0.8, rng, placing, clutter);
+      AddOther(kind >= 0.8, rng, placing, table);
     }
   }
-  return clutter;
+  return table;
 }
 
 /// True if at least a quarter of the rays to it, and more than 200, end on it.
@@ -169,14 +164,11 @@ ViewCounts RaysTo(const Cylinder& cylinder, const geometry::RangeImage& image) {
 }
 
 Table SyntheticTable(const RecallOptions& options, base::Rng& rng) {
-  Clutter clutter = DrawClutter(options.given, rng);
+  Table table = DrawClutter(options.given, rng);
   samples::Sensor sensor;
   if (options.source == Source::kPerfect) sensor.noise_m = 0.0;
   sensor.profiles = sensor.samples = options.samples;
-  Table table{.observation = samples::Scan(clutter, sensor, rng),
-              .workspace = std::nullopt,
-              .given = std::move(clutter.given),
-              .cylinders = std::move(clutter.cylinders)};
+  table.observation = samples::Scan(table, sensor, rng);
   for (Truth& truth : table.given) {
     const auto counts = RaysTo(truth.cylinder, table.observation.views.front().image);
     truth.seen = IsSeen(counts.on, counts.All());
@@ -196,10 +188,9 @@ Cylinder CylinderOf(const sim::World& world, int object, const GivenCylinder& gi
 Table ScannedTable(const RecallOptions& options, const trial::Cell& cell, const sim::World& world,
                    std::uint64_t seed) {
   const trial::Sensed sensed = trial::Look(cell, world, seed);
-  Table table{.observation = sensed.observation,
-              .workspace = trial::WorkspaceOf(cell.robot, options.grasping.workspace_margin_m),
-              .given = {},
-              .cylinders = {}};
+  Table table;
+  table.observation = sensed.observation;
+  table.workspace = trial::WorkspaceOf(cell.robot, options.grasping.workspace_margin_m);
   const sensing::ScanTruth& truth = sensed.truth.front();
   const geometry::RangeImage& image = table.observation.views.front().image;
   for (int object = 0; object < world.objects(); ++object) {
