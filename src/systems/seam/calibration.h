@@ -27,14 +27,11 @@ struct Calibration {
 
 /// One entry of the look-up table: a known height and the image row where it appeared.
 struct HeightSample {
-  double row_px;
-  double height_m;
+  double row_px, height_m;
 };
 /// A known point of the body and the column where it appeared.
 struct LateralSample {
-  double column;
-  double height_m;
-  double x_m;
+  double column, height_m, x_m;
 };
 
 /// All samples must be finite.
@@ -52,11 +49,10 @@ Profile Calibrate(const RawProfile& raw, const Calibration& calibration);
 Calibration ReadCalibration(const std::filesystem::path& file);
 void WriteCalibration(const Calibration& calibration, const std::filesystem::path& file);
 
-/// The calibration object: a staircase, symmetric about x = 0. Heights of steps are above the base,
-/// which continues on both sides; all steps have the same width.
+/// The calibration object: a staircase, symmetric about x = 0, on a base that continues beyond it.
 struct CalibrationBody {
   std::vector<double> step_heights_m = {0.0, 0.002, 0.005, 0.009, 0.005, 0.002, 0.0};
-  double step_width_m = 0.008;
+  double step_width_m = 0.008;  ///< of each
 };
 /// A scan of the body with its base at a known height in frame L.
 struct CalibrationScan {
@@ -64,11 +60,9 @@ struct CalibrationScan {
   double base_height_m = 0.0;
 };
 
-/// Builds the look-up table from scans at several distances and fits it. Each scan contributes the
-/// row of each plateau (a median) and the column of each riser. Rows may increase or decrease with
-/// height. Steps must be at least 16 columns wide. There must be a scan; all have the same width.
-/// @throws base::InputError naming the scan in which the staircase is not found, and like
-/// FitCalibration.
+/// Fits the look-up table of at least one scan, all of one width: the row of each plateau (a
+/// median) and the column of each riser. Steps must be at least 16 columns wide.
+/// @throws base::InputError naming a scan without the staircase, and like FitCalibration.
 Calibration CalibrateFromBody(const CalibrationBody& body, std::span<const CalibrationScan> scans);
 
 }  // namespace rangegrasp::seam

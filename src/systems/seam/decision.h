@@ -29,10 +29,9 @@ struct TimedLine {
 TimedLine FitLine(std::span<const TimedColumn> positions);
 
 /// RANSAC line fit (Fischler and Bolles 1981; section 3.4) to the positions of the last 100 ms and
-/// the last one sent, evaluated at `time_s`. All pairs of points are tried, so the result is
-/// deterministic. Of more than 16 points (sensors of 150 Hz and more), 16 evenly spread ones form
-/// the pairs. The line with the most inliers wins (ties: smallest squared error, then order) and is
-/// refitted to its inliers. With one point, the result is that point. O(points).
+/// the last one sent, evaluated at `time_s`. The pairs of all points, or of 16 evenly spread ones,
+/// are tried, so the result is deterministic. The line with the most inliers wins (ties: smallest
+/// squared error, then order) and is refitted to them. One point gives that point. O(points).
 /// @param inlier_columns  > 0; maximum distance of an inlier from the line
 std::optional<double> PredictByLine(std::span<const TimedColumn> found, double time_s,
                                     double inlier_columns);

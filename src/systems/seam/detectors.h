@@ -24,9 +24,8 @@ struct DetectorResult {
 };
 
 /// Global least-squares fit of a step (eq. 3.1-3.4), in O(m) by running sums. The two levels h
-/// (eq. 3.1) are "the minimum and maximum pixel" of the whole profile, for all j. All columns are
-/// evaluated (eq. 3.4). Section 3.3.1 also mentions "a prediction of possible edge candidates"
-/// before the fit but does not describe it.
+/// (eq. 3.1) are "the minimum and maximum pixel" of the whole profile. All columns are evaluated:
+/// section 3.3.1 does not describe its "prediction of possible edge candidates".
 DetectorResult FitEdgeModel(std::span<const float> f);
 
 /// The columns with the greatest nonzero |f(j+1) - f(j)|, at most `candidates`, greatest first
@@ -37,8 +36,7 @@ std::vector<int> EdgeCandidates(std::span<const float> f, int candidates);
 DetectorResult VoteLocally(std::span<const float> f);
 
 /// Sum of gradient magnitudes over growing kernels, up to a tenth of the profile (eq. 3.12). The
-/// end values are repeated beyond the ends. O(m * kernel); written so that the compiler vectorises
-/// it over i.
+/// end values are repeated beyond the ends. O(m * kernel).
 DetectorResult AccumulateGradients(std::span<const float> f);
 
 std::array<DetectorResult, kDetectors> DetectEdges(std::span<const float> f);

@@ -51,9 +51,8 @@ struct MonitorOptions {
 /// @throws base::InputError naming file, line and key.
 void ReadMonitorOptions(base::YamlMap map, MonitorOptions& options);
 
-/// With methods as published, the mats end where there is "no possible edge with a minimum size of
-/// 0.3mm" (section 3.7). The counts of profiles and the test for obstacles are ours with every
-/// method.
+/// As published, mats end where there is "no possible edge with a minimum size of 0.3mm" (section
+/// 3.7). The counts of profiles and the test for obstacles are ours with every method.
 MonitorOptions MonitorFor(MonitorOptions options, DecisionMethod method);
 
 /// Height of each column above the surface [m]; NaN for columns without a point. The surface is the
@@ -65,13 +64,12 @@ std::vector<float> HeightAboveSurface(const PreparedProfile& profile);
 /// sixth of a run may be missing (NaN); if more is missing, the rest may be phantoms.
 std::vector<bool> RisingColumns(std::span<const float> above, std::size_t width, double height);
 
-/// Monitors a line for the end of the mats and for obstacles. A line that is only monitored (the
-/// second one of the three-lines sensor) has its own tracker.
+/// Monitors a line for the end of the mats and for obstacles.
 class SurfaceMonitor {
  public:
   SurfaceMonitor(const LineGeometry& line, const MonitorOptions& options);
-  /// The reason to stop, if the profiles so far give one. It persists, except for an outage, and
-  /// for a mat end if the edge is soon seen beyond doubt again (Reading::sure).
+  /// The reason to stop, if any. It persists, except for an outage, and for a mat end if the edge
+  /// is soon seen beyond doubt again (Reading::sure).
   std::optional<StopReason> Update(const PreparedProfile& profile, const Reading& reading);
   /// True if most of the last usable profiles showed the edge.
   bool SeesEdge() const;
@@ -90,7 +88,7 @@ class SurfaceMonitor {
   std::deque<Seen> seen_;  // of the last profiles, oldest first
   std::deque<bool> no_edge_;
   int ended_ = 0;     // usable profiles since the mat end was reported
-  int unusable_ = 0;  // consecutive unusable profiles up to now
+  int unusable_ = 0;  // consecutive unusable profiles
   bool edge_seen_ = false;
   double usual_step_m_ = 0.0;  // mean step height of the edge
   std::optional<StopReason> stop_;

@@ -11,8 +11,8 @@ namespace rangegrasp::seam {
 constexpr int kMinColumns = 32;
 
 /// Mapping from a stripe sensor's columns to positions along its laser line. Frame L of a line: x
-/// along the line (column numbers ascend with x), z up towards the sensor, origin in the middle of
-/// the line at the height for which the sensor is mounted.
+/// ascends with the columns, z points to the sensor, the origin is in the middle of the line at the
+/// height for which the sensor is mounted.
 struct LineGeometry {
   int columns = 1024;             ///< >= kMinColumns
   double columns_per_m = 12'000;  ///< > 0, at height 0; 12 px per mm (dissertation, section 3.6.4)
@@ -21,8 +21,7 @@ struct LineGeometry {
   double ToMeters(double column) const { return (column - CenterColumn()) / columns_per_m; }
 };
 
-/// Camera measurement of one line: row of the brightest pixel of each column [px], NaN if there is
-/// none.
+/// Camera measurement of one line: row of each column's brightest pixel [px], NaN if there is none.
 struct RawProfile {
   std::vector<float> row_px;
   double time_s = 0.0;
@@ -32,9 +31,7 @@ struct RawProfile {
 struct Profile {
   std::vector<float> height_m;
   double time_s = 0.0;
-  /// Motion of the line along its x since the previous profile, from the pose of its head [m]; 0 if
-  /// no pose is known.
-  double moved_m = 0.0;
+  double moved_m = 0.0;  ///< motion of the line along its x since the previous profile; 0: unknown
 };
 
 /// The part of a line from column `begin` to before `end`, without columns beyond its ends.
@@ -61,13 +58,11 @@ std::vector<float> FilterGeometric(std::span<const float> height_m, const Filter
 /// mapped to [-1, 1]. Uses fewer terms if the points do not determine all of them (0 points: 0).
 std::array<double, 3> FitQuadratic(std::span<const float> height_m);
 
-/// Fills each hole. The left half of an inner hole gets the height of its left neighbor, the right
-/// half that of its right neighbor; an outer hole gets the height of the nearest point. A profile
-/// without a finite point is not changed.
+/// Fills each hole with the heights of its two neighbors, half with each; an outer hole has one. A
+/// profile without a finite point is not changed.
 void FillHoles(std::span<float> height_m);
 
-/// A preprocessed profile for the detectors. The original heights are kept, because normalisation
-/// removes the distance between sensor and mat.
+/// A preprocessed profile for the detectors.
 struct PreparedProfile {
   std::vector<float> original_m;  ///< as measured, NaN where there was none
   std::vector<float> height_m;    ///< filtered, normalised, filled; empty if unusable
@@ -79,8 +74,7 @@ struct PreparedProfile {
   bool Usable() const { return !height_m.empty(); }
 };
 
-/// Filter, normalisation, hole filling, in this order. Unusable if fewer than 128 points pass the
-/// filter.
+/// Filter, normalisation, hole filling. Unusable if fewer than 128 points pass the filter.
 PreparedProfile Prepare(const Profile& profile, const FilterOptions& options = {});
 
 }  // namespace rangegrasp::seam

@@ -26,15 +26,15 @@ constexpr std::array<std::string_view, 5> WordsOf(TextSeparator) {
   return {"auto", "comma", "semicolon", "tab", "blank"};
 }
 
-/// Conversion of a number in a file to a height: (number - zero) * unit_m.
+/// A number in a file means the height (number - zero) * unit_m.
 struct HeightScale {
   double unit_m = 1e-3;  ///< > 0
   double zero = 0.0;
   std::vector<double> no_values;  ///< numbers that mean "nothing measured", besides nan
 };
 
-/// How lines of a text become profiles; the keys of `file` describe each option. A column is given
-/// by its number, from 1, or by its name in the header; empty: there is no such column.
+/// How lines of a text become profiles: the keys of `file`. A column is given by its number, from
+/// 1, or its name in the header; empty: there is no such column.
 struct TextFormat {
   TextLayout layout = TextLayout::kRows;
   TextSeparator separator = TextSeparator::kAuto;

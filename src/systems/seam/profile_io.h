@@ -31,19 +31,18 @@ struct ProfileGrid {
   double Center() const { return first_m + 0.5 * pitch_m * static_cast<double>(columns - 1); }
 };
 
-/// Reads a text row by row, so that it can follow a pipe. A missing value is an empty field, "nan"
-/// or "-". Lines that begin with '#' are skipped, and empty lines if a line is a profile. A
-/// separator at a line's end adds no column; CRLF and a byte order mark are accepted. Damaged rows
-/// count, too: without a time column, row n has time (n - 1) / rate_hz.
+/// Reads a text row by row, also from a pipe. A missing value is an empty field, "nan" or "-".
+/// Lines that begin with '#' are skipped, and empty lines if a line is a profile. A separator at a
+/// line's end adds no column. Damaged rows count: without a time column, row n has time (n - 1) /
+/// rate_hz.
 class ProfileStream {
  public:
   ProfileStream(std::istream& in, const ProfileFileOptions& options);
   ~ProfileStream();
   /// Returns nullopt at the end. A damaged row (wrong width, not a number, out of range, back in
-  /// time or path) is returned with its fault. If no width is given, the first row waits for the
-  /// second, because it may be truncated; with x, for two others, which define the grid.
-  /// @throws base::InputError if a requested column is not in the header, or the x of the first
-  /// rows give too many columns.
+  /// time or path) is returned with its fault. If no width is given, the first row, which may be
+  /// truncated, waits for the second; with x, for two others, which define the grid.
+  /// @throws base::InputError if a column is not in the header, or x give too many columns.
   std::optional<ProfileRow> Next();
   /// The grid, if rows have x; known once the first row was read.
   std::optional<ProfileGrid> grid() const;
@@ -53,25 +52,22 @@ class ProfileStream {
   std::unique_ptr<Impl> impl_;
 };
 
-/// All rows of a file, and their grid if they have x.
 struct ProfileFile {
-  std::vector<ProfileRow> rows;  ///< valid rows
-  std::optional<ProfileGrid> grid;
+  std::vector<ProfileRow> rows;     ///< all are valid
+  std::optional<ProfileGrid> grid;  ///< if they have x
 };
 
 /// By its extension: .png, .tif or .tiff.
 bool IsImageFile(const std::filesystem::path& file);
 
 /// Reads a whole file: text (.csv, .txt) or an image, one profile per row.
-/// @throws base::InputError naming the file and the row, if the file is unreadable, has no row or
-/// other pixels, or if a row has the wrong width, is not a number, is out of range or goes back in
-/// time or path.
+/// @throws base::InputError naming the file, if it is unreadable, has no row or other pixels; and
+/// the row, if it is damaged (ProfileStream::Next).
 ProfileFile ReadProfileFile(const std::filesystem::path& file, const ProfileFileOptions& options);
 
-/// Writes CSV (.csv, .txt): numbers in `unit_m`, six digits after the point, "nan" for a missing
-/// value. Times are not written.
-/// @throws base::InputError for another extension; base::RunError if it cannot be written
-/// completely.
+/// Writes CSV (.csv, .txt) without times: numbers in `unit_m`, six digits after the point, or
+/// "nan".
+/// @throws base::InputError for another extension; base::RunError if it cannot be written.
 void WriteProfiles(const std::vector<Profile>& profiles, const std::filesystem::path& file,
                    double unit_m = HeightScale{}.unit_m);
 

@@ -14,9 +14,8 @@ namespace rangegrasp::seam {
 /// With fewer columns on each side, a step cannot be distinguished from a bend.
 inline constexpr int kMinHalfWindow = 4;
 
-/// The fourth detector, our own: fits a parabola with a step by least squares to the measured
-/// points of a window at each place, in windows of several widths. Narrow windows are robust to a
-/// wavy surface, wide ones to noise and holes.
+/// The fourth detector, our own: least-squares fits of a parabola with a step at each place, in
+/// windows of several widths: narrow ones for wavy surfaces, wide ones for noise and holes.
 struct LocalStepOptions {
   /// >= kMinHalfWindow [columns]: 3, 8, 25 and 43 mm with the base sensor.
   std::array<int, 4> half_windows = {36, 96, 300, 516};
@@ -36,13 +35,12 @@ struct LocalStep {
   double surest_precision_m2 = 0.0;  ///< 0: no window fits
 };
 
-/// Fits steps at the columns 0, stride, 2 stride, ...; the high side begins at this column. Points
-/// are first replaced by the median of nine points, which removes filaments and reflections.
-/// Residuals of a real surface are correlated, so likelihoods are too confident. The factor is
-/// estimated from the profile itself: the 25 % quantile of the squared t-values of all places over
-/// that of the chi-squared distribution (like the constant false-alarm rate of a radar; Rohling
-/// 1983). If no step is beyond doubt and an edge would lie in the windows of many places, the
-/// best-fitting step is subtracted before this estimate.
+/// Fits steps at the columns 0, stride, 2 stride, ..., where the high side begins. A median of nine
+/// points first removes filaments and reflections. Residuals of a real surface are correlated, so
+/// likelihoods are too confident. The factor is estimated from the profile: the 25 % quantile of
+/// the squared t-values of all places over that of the chi-squared distribution (like the constant
+/// false-alarm rate of a radar; Rohling 1983). If no step is beyond doubt and an edge would lie in
+/// the windows of many places, the best-fitting step is subtracted first.
 /// @param height_m  heights as measured, NaN where there is none. O(columns).
 std::vector<LocalStep> FitLocalSteps(std::span<const float> height_m,
                                      const LocalStepOptions& options = {});
@@ -77,8 +75,8 @@ class StepTrack {
     std::optional<double> at_once;
     std::optional<int> strongest;  ///< column with the greatest evidence in this profile
     double step_m = 0.0;           ///< mean along the best way
-    /// True if there was an edge and the last profiles have a step of its height at its place. The
-    /// evidence of many profiles outlives a mat's end, and noise elsewhere may take it over.
+    /// True if the last profiles have a step of the known edge's height at its place: the evidence
+    /// of many profiles outlives a mat's end.
     bool goes_on = false;
     double followed_step_m = 0.0;  ///< its height if goes_on, even if column is none
     bool sure = false;             ///< whether the last profiles show the known edge beyond doubt

@@ -44,9 +44,8 @@ struct TrackerOptions {
   bool positive_edge = true;  ///< false: high at small columns; profiles are mirrored
 };
 
-/// Scales all windows above, which are in columns of the base sensor (12 per mm), to the same
-/// lengths in the line's own columns. Those of the three detectors and of the step height are not
-/// scaled, because the dissertation states them in px, for both sensors.
+/// Scales all windows above from columns of the base sensor (12 per mm) to the line's own. Those of
+/// the three detectors and of the step height stay: the dissertation states them in px.
 TrackerOptions WithWindowsOfLine(const TrackerOptions& options);
 
 /// Reads the keys of TrackerOptions; absent keys keep their defaults. The caller must call Finish.
@@ -74,8 +73,7 @@ struct Reading {
   /// With kEdge: whether the last profiles confirm the step (kWeights: whether this profile has
   /// one). If false, the edge may have ended, and the reported values come from earlier profiles.
   bool goes_on = true;
-  /// Whether each of the last profiles shows the edge beyond doubt. If not, the reported edge may
-  /// be the rest of one that has ended. None: the method cannot tell.
+  /// Whether each of the last profiles shows the edge beyond doubt. None: the method cannot tell.
   std::optional<bool> sure;
   /// Each detector's own position in this profile; with kSteps only that of the fourth.
   std::array<std::optional<int>, kDetectors> detected;
@@ -90,20 +88,18 @@ struct EdgePacket {
   std::optional<bool> sure = {};  ///< Reading::sure
 };
 
-/// Finds the edge in a sequence of profiles. Keeps the history needed for prediction.
+/// Finds the edge in a sequence of profiles.
 class EdgeTracker {
  public:
-  /// @param calibration  gives x of an edge from its column and the height of the surface there;
-  /// none: columns have the same width at any height.
+  /// @param calibration  none: columns have the same width at any height.
   /// @throws std::invalid_argument if the line has too few columns per mm for kSteps.
   explicit EdgeTracker(const TrackerOptions& options,
                        const std::optional<Calibration>& calibration = std::nullopt);
   ~EdgeTracker();
   EdgeTracker(EdgeTracker&&) noexcept;
 
-  /// Takes the next profile.
-  /// @throws base::InputError if it has another number of columns than the sensor, or its time is
-  /// before that of the last one.
+  /// @throws base::InputError if the profile has another number of columns than the sensor, or its
+  /// time is before that of the last one.
   Reading Update(const Profile& profile);
   /// The packet due since the last call, if a period has passed.
   std::optional<EdgePacket> TakePacket();

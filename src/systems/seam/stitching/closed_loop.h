@@ -70,16 +70,15 @@ struct TrackResult : TrackScore {
   std::vector<TrackPoint> sensed;    ///< edge positions sent, in frame M, without distance_m
   std::vector<std::string> packets;  ///< XML, as sent
 };
-/// Start of a track that is excluded from errors: the line is 80 mm ahead, so the needle first has
-/// to reach the place where the line began.
+/// Start of a track that is excluded from errors: the needle first has to reach the place where the
+/// line began, 80 mm ahead.
 constexpr double kSettle_m = 0.1;
 /// A seam within this of the wanted distance is good (section 3.7.1).
 constexpr double kGood_m = 1e-3;
 
-/// Drives a head with its sensor ahead over mats that deviate from the track: scans at the sensor's
-/// rate, passes profiles to the tracker, sends a correction every period, and moves within the
-/// head's limits until the track's end, the mats' end or an obstacle. Depends only on its arguments
-/// and the seed.
+/// Drives a head with its sensor ahead over mats that deviate from the track, with a correction
+/// every period, until the track's end, the mats' end or an obstacle. Depends only on its
+/// arguments.
 TrackResult Track(const Mats& mats, const StripeSensor& sensor, const Calibration& calibration,
                   const TrackOptions& options, std::uint64_t seed);
 

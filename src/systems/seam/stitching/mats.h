@@ -41,8 +41,7 @@ enum class Weave {
 };
 
 /// Appearance of the mats: the keys of `texture` in an experiment describe most values. The
-/// defaults are the frozen settings (docs/seam.md explains how they were found). Textures and frays
-/// are functions of position and seed: two profiles at one place see the same mat.
+/// defaults are the frozen settings (docs/seam.md).
 struct MatTexture {
   double weave_period_m = 3e-3;  ///< width of a tow
   double weave_relief_m = 0.0114e-3;
@@ -93,9 +92,8 @@ class Mats {
  public:
   Mats(const MatOptions& options, std::uint64_t seed);
   MatPoint At(double x_m, double y_m) const;
-  /// The labelled edge at y, where a person would mark it (middle of a step or slant, the major
-  /// step of a double edge), including the fray of the edge. NaN with shape kNone and beyond the
-  /// mat's end.
+  /// The labelled edge at y, with its fray: the middle of a step or slant, the major step of a
+  /// double edge. NaN with shape kNone and beyond the mat's end.
   double EdgeX(double y_m) const;
   const MatOptions& options() const;
 
@@ -104,13 +102,12 @@ class Mats {
   std::shared_ptr<const Impl> impl_;  ///< copies share it
 };
 
-/// A random seam like those in production: shape, height 0.3 to 1.1 mm, course (straight or
-/// curved), mat type (texture varied around `typical`), tilt. All random values come from the seed.
+/// A random seam like those in production: height 0.3 to 1.1 mm, course, texture around `typical`,
+/// tilt.
 MatOptions RandomMats(EdgeShape shape, const MatTexture& typical, bool curved, std::uint64_t seed);
 
-/// Adds a hazard for a head that follows the edge: with equal probability the mats end, or an
-/// obstacle lies within 10 mm of the needle's path. It lies 150 to 250 mm along the track, so that
-/// the loop has settled before. Depends only on the mats' course and the seed.
+/// Adds a hazard 150 to 250 mm along the track, where the loop has settled: with equal probability
+/// the mats end, or an obstacle lies within 10 mm of the needle's path.
 /// @param wanted_distance_m  of the needle from the edge, on its low side.
 void AddRandomHazard(MatOptions& mats, double wanted_distance_m, std::uint64_t seed);
 

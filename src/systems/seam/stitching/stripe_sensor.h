@@ -13,8 +13,7 @@
 namespace rangegrasp::seam {
 
 /// A laser-stripe sensor: the laser plane points straight down, a camera views it at an angle and
-/// gives the row of the brightest pixel of each column. The keys of a sensor file describe each
-/// option.
+/// gives the row of each column's brightest pixel. The keys of a sensor file describe the options.
 struct StripeSensorOptions {
   std::string name = "base";
   LineGeometry line;
@@ -82,15 +81,13 @@ struct RecordOptions {
   double speed_m_s = 0.03;   ///< > 0
 };
 
-/// Profiles over a seam's mats, and the column where the camera sees the true edge in each; NaN
-/// without an edge.
 struct Recording {
   std::vector<RawProfile> raw;
-  std::vector<double> label_column;
+  std::vector<double> label_column;  ///< where the camera sees the true edge; NaN without an edge
 };
 
 /// Scans along y from y = 0 at the sensor's rate for these mats; the edge's place on the line is
-/// drawn. Depends only on its arguments.
+/// drawn.
 Recording RecordProfiles(const Mats& mats, const StripeSensor& sensor, const RecordOptions& options,
                          std::uint64_t seed);
 

@@ -71,8 +71,7 @@ using Readings = std::array<Reading, kDecisions.size()>;
 std::array<std::optional<double>, kMethods> PositionsOf(const Readings& readings);
 
 /// Passes the profiles of a recorded seam, in order, to a tracker of each decision method.
-/// @param take  called for each profile with its index, the readings and the trackers, which hold
-/// the profile until the next one
+/// @param take  receives each profile's index, its readings, and the trackers that still hold it
 void ReadSeam(
     const SeamExperiment& experiment, const Calibration& calibration, const Recording& recording,
     const std::function<void(std::size_t, const Readings&, const std::vector<EdgeTracker>&)>& take);
@@ -97,8 +96,7 @@ std::string ToJson(const RunResult& result);
 SeamResult SeamResultFrom(const SeamParams& params, const std::string& json);
 RunResult RunResultFrom(const SeamParams& params, const std::string& json);
 
-/// The rows of table 3.1. The sum is measured separately, from a profile's camera rows to the
-/// decided position.
+/// The rows of table 3.1. The sum is measured separately, from camera rows to the decided position.
 inline constexpr std::array kTimedSteps = {"Profile Pre-Processing", "Model-Fitting",
                                            "Local Weighted-Voting", "Gradient-Accumulation",
                                            "Sum including edge voting"};
@@ -108,8 +106,7 @@ std::vector<std::pair<std::string, double>> TimeSteps(const SeamExperiment& expe
                                                       const Calibration& calibration,
                                                       const Recording& recording);
 
-/// Adds to the stamp what ReportOf needs in addition to the records: the kind, the published
-/// tables and a few lengths; adds the hash of the sensor's file to its identity.
+/// Adds what ReportOf needs in addition to the records, and the hash of the sensor's file.
 void AddTo(experiment::Stamp& stamp, const SeamExperiment& experiment);
 
 /// The tables of a seam experiment next to the published ones: 3.1 to 3.3 and 3.5 for rates, errors

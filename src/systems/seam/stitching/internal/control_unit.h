@@ -30,8 +30,7 @@ struct HeadCommand {
   double heading_rad = 0.0;
 };
 
-/// State one control period later. For any command, speed <= speed_m_s, |velocity across the track|
-/// <= max_lateral_speed_m_s, and acceleration, rotation and its acceleration are limited.
+/// State one control period later, within the head's limits for any command.
 HeadState Move(const HeadState& head, const HeadCommand& command, const HeadOptions& options);
 
 /// The highest speed from which a head with a reaction time stops within a distance, using the

@@ -73,8 +73,7 @@ inline double Noise(std::uint64_t seed, double u, double v) {
 constexpr double kNoiseVariance = 26.0 / 105.0;
 constexpr double kPlaneNoiseVariance = kNoiseVariance * 26.0 / 35.0;
 
-/// The surface of one mat relative to its mean height: crossing tows of fibres, their fuzz, and how
-/// much light they return.
+/// The surface of one mat relative to its mean height: crossing tows of fibres and their fuzz.
 class Tows {
  public:
   Tows(const MatTexture& texture, std::uint64_t seed);
@@ -100,8 +99,8 @@ class Tows {
   double brightness_;
 };
 
-/// Fibres that stick out of the mats: single filaments near the edge and elsewhere, and bundles
-/// that are detached from the edge. Each is a thin ridge, short along y.
+/// Fibres that stick out of the mats: filaments near the edge and elsewhere, and bundles that are
+/// detached from the edge. Each is a thin ridge.
 class Filaments {
  public:
   Filaments(const MatTexture& texture, double edge_height_m, std::uint64_t seed);
