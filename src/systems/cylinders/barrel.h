@@ -9,7 +9,7 @@
 namespace rangegrasp::cylinders {
 
 struct BarrelOptions {
-  /// Maximum distance of a barrel point from the surface (section 4.2.4, "threshold of 2 mm").
+  /// Maximum distance of a barrel point from the surface ("threshold of 2 mm", section 4.2.4).
   perception::AdaptiveLength distance_m{0.002, {.noises = 3.0}};
   /// The same before the axis is refined: it covers the error of a candidate's axis at its ends.
   perception::AdaptiveLength first_distance_m{0.006, {.noises = 5.0}};
@@ -27,9 +27,8 @@ struct BarrelOptions {
   int min_face_points = 12;
 };
 
-/// The points within distance_m of the surface of radius radius_m about the axis, and between low_m
-/// and high_m along the axis from its point. This is all that "along the circle axis" requires
-/// (section 4.2.4).
+/// The points within distance_m of the surface about the axis, and between low_m and high_m along
+/// it from its point: "along the circle axis" (section 4.2.4).
 geometry::Indices BarrelPoints(geometry::PointSpan points, const Line& axis, double radius_m,
                                double low_m, double high_m, double distance_m);
 
@@ -66,7 +65,7 @@ struct BarrelEnds {
 
 /// Finds the ends from the runs of well-filled pieces along the axis, and from visible end faces.
 /// To the fullest run, others are joined up to max_length_m in total: an object may hide the
-/// barrel's middle, but may also continue the barrel. O(n).
+/// barrel's middle. O(n).
 /// @param near  as for RefineAxis; end faces are searched among these points
 std::optional<BarrelEnds> FindEnds(const geometry::PointCloud& cloud,
                                    std::span<const std::uint32_t> near, const RefinedAxis& refined,
@@ -99,10 +98,9 @@ struct BarrelSearchOptions {
   int min_support = 12;  ///< minimum number of the used points that support a candidate
 };
 
-/// Axes near which many points p with normals n have their p - n r; on a barrel of radius r these
-/// all lie on its axis. Returns standing axes (along `up`), then lying (perpendicular to it) and
-/// oblique ones, each best supported first. Given cylinders of nearly equal radius also yield each
-/// other's axes. O(n + points (draws + log points)).
+/// Axes near which many points p with normals n have their p - n r: on a barrel these all lie on
+/// its axis. Returns standing axes (along `up`), then lying (perpendicular to it) and oblique ones,
+/// each best supported first. O(n + points (draws + log points)).
 /// @param up  unit vector, away from the table
 std::vector<Line> FindBarrels(const geometry::PointCloud& cloud, const Eigen::Vector3d& up,
                               double radius_m, double height_m, const BarrelSearchOptions& options,

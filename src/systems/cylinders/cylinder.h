@@ -58,7 +58,7 @@ geometry::Points AxisPoints(geometry::PointSpan barrel, geometry::PointSpan outw
                             double radius_m);
 
 /// True if a normal is nearer to the radial direction than to the axis: that of a barrel point,
-/// from which the axis is calculated (section 4.2.4). AxisPoint of an end's point is far off it.
+/// from which the axis is calculated (section 4.2.4).
 inline bool IsRadial(const Eigen::Vector3d& normal, const Eigen::Vector3d& axis) {
   constexpr double kSquare = 0.7071;  // cos 45 deg
   return std::abs(normal.dot(axis)) <= kSquare;
@@ -72,9 +72,8 @@ std::optional<Line> FitLine(geometry::PointSpan points);
 /// FitLine without outliers, which come from normals at the outline or of a neighbor.
 std::optional<Line> FitTrimmedLine(geometry::PointSpan points);
 
-/// Recomputes c_m on the axis ("calculation of the circle centre c_m again", algorithm 1): the
-/// intersection of the axis with the plane through the mean of the rim that is perpendicular to
-/// `normal` (as published, the table's normal).
+/// "Calculation of the circle centre c_m again" (algorithm 1): where the axis meets the plane
+/// through the mean of the rim that is perpendicular to `normal` (as published, the table's).
 /// @return nullopt if the axis is parallel to the plane or there is no rim.
 std::optional<Eigen::Vector3d> CenterOnAxis(const Line& axis, geometry::PointSpan rim,
                                             const Eigen::Vector3d& normal);

@@ -26,9 +26,8 @@ struct AcceptOptions {
   double min_arc_rad = base::Deg(45.0);  ///< a shorter arc fits almost any curved object
   /// Limit of RefinedAxis. Larger: box corners pass as barrels; smaller: noisy barrels fail.
   double max_normal_angle_rad = base::Deg(9.0);
-  /// Minimum share of the rays that should have ended on the cylinder and did. In 1,500 scenes and
-  /// 20 scans with the line scanner all of them did; the margin is for mixed points and holes.
-  /// Smaller: partly hidden other objects are mistaken for it.
+  /// Minimum share of the rays that should have ended on the cylinder and did: all in 1,500 scenes;
+  /// the margin is for mixed points and holes. Smaller: other objects are mistaken for it.
   double min_agreement = 0.95;
   /// Maximum share of the rays to a part without points that pass through it (others end before).
   double max_missing_seen = 0.05;
@@ -58,7 +57,6 @@ struct DetectOptions {
   double min_table_share = 0.05;
 };
 
-/// Options of the published method.
 DetectOptions AsPublished();
 
 // Detection of given cylinders among other objects on a table (section 4.2).

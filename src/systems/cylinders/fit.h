@@ -33,9 +33,8 @@ struct RayNoise {
   double across_m = 0.0;
 };
 
-/// Incidence of a ray on a barrel, computed from the ray alone, so that it does not depend on the
-/// noise of the measured point. Components of the ray's unit vector along the surface normal and
-/// along the tangent perpendicular to the axis.
+/// Incidence of a ray on a barrel, whatever the noise of the measured point: components of the
+/// ray's unit vector along the surface normal and along the tangent perpendicular to the axis.
 struct Incidence {
   double radial = 1.0;      ///< 0 to 1; 0 at the outline and beyond
   double tangential = 0.0;  ///< 0 to 1
@@ -55,9 +54,8 @@ DistanceNoise DistanceNoiseOf(const RayNoise& noise, const Incidence& incidence,
 // Least-squares fitting of a cylinder (LSF), the method that the dissertation compares with
 // (sections 2.5.1 and 4.4).
 
-/// A point of the axis c [m], its direction d (any length), the radius r [m]. Seven numbers for
-/// five degrees of freedom, as published: the damping of Levenberg-Marquardt holds the redundant
-/// ones.
+/// A point of the axis c [m], its direction d (any length), the radius r [m]. As published, the
+/// damping of Levenberg-Marquardt holds the two redundant ones.
 using BarrelParameters = Eigen::Matrix<double, 7, 1>;
 
 /// The residual of a point, |(I - d d^T / d^T d)(p - c)| - r [m], and its derivatives with respect
@@ -87,8 +85,7 @@ RcfPreparation PrepareRcf(const FitInput& input, double neighborhood_m);
 
 /// True if a normal, in the frame of SensorAxes, is that of a "top curvature point". As printed,
 /// n_x > n_y and n_x > n_z; the wall's outline on one side also passes. Otherwise it is halfway
-/// between the normals of the end and the wall: a normal estimated across the rim is halfway if its
-/// point is on the rim itself. The circle is then that of the rim, and not of a band inside it.
+/// between the normals of the end and the wall, as that of a point on the rim itself.
 bool PassesGate(const Eigen::Vector3d& n_S, bool as_printed);
 
 /// The circle perpendicular to the axis with the least sum of distances of the rim points (eq.
@@ -113,8 +110,7 @@ std::optional<Barrel> FitRcf(const FitInput& input, const RcfPreparation& prepar
 /// The barrel near `start` with the least robust sum of squared distances, each weighted by its
 /// variance at its incidence: the outline, where noise runs along the surface, contributes most to
 /// the radius. The noise is estimated from the distances in each round; DistanceNoise's mean is
-/// subtracted. The visible end and its rim are left out: the loss cannot distinguish them from the
-/// wall. O(rounds n).
+/// subtracted. The visible end and its rim are left out. O(rounds n).
 /// @param start  its error must be less than about a quarter of the radius
 /// @return nullopt for fewer than seven points within the cut, or if the result is no cylinder.
 std::optional<Barrel> FitRefined(const FitInput& input, const Barrel& start);

@@ -13,8 +13,8 @@ double EdgeCosine(const Eigen::Vector3d& before, const Eigen::Vector3d& p,
                   const Eigen::Vector3d& after);
 
 /// The axes of the sensor's frame S as columns. x points up, as for the cylinder with v = (1, 0, 0)
-/// in section 4.4; z is horizontal and points towards the sensor. (If z pointed away from it, n_z
-/// of all visible points would be negative and n_x > n_z would exclude nothing.)
+/// in section 4.4; z is horizontal and points towards the sensor, or n_x > n_z would exclude
+/// nothing.
 Eigen::Matrix3d SensorAxes(const Eigen::Vector3d& up, const Eigen::Vector3d& to_sensor);
 
 /// n_x > n_y and n_x > n_z of a normal in the sensor's frame (section 4.2.4). Signed components, as
@@ -50,9 +50,8 @@ std::vector<bool> LineEdges(geometry::PointSpan points, std::span<const std::uin
 
 // Segmentation of curvature points into connected fragments (section 4.2.3).
 
-/// d_ca of eq. 4.15, following its sum [m]: the mean distance of a point to its m neighbors within
-/// radius_m (the neighborhood of eq. 4.13), averaged over all points that have neighbors. 0 if none
-/// has any.
+/// d_ca of eq. 4.15 [m]: the mean distance of a point to its m neighbors within radius_m (those of
+/// eq. 4.13), averaged over all points that have neighbors; 0 if none has any.
 double MeanNeighborDistance(geometry::PointSpan points, const geometry::KdTree& tree,
                             double radius_m);
 
@@ -96,8 +95,7 @@ TriangleProducts ProductsOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                             const Eigen::Vector3d& c);
 
 /// r of eq. 4.20 [m]: half of the root of (d_ca + d_ba)(d_ba + d_cb)(d_cb + d_ca) / (n_1 + n_2 +
-/// n_3). The root covers the quotient: with the root over the product alone, r would have the unit
-/// 1 / m. Each factor is a squared side, so that r = |AB| |BC| |CA| / (4 area).
+/// n_3), i.e. |AB| |BC| |CA| / (4 area). With the root over the product alone it would be in 1 / m.
 double CircumradiusOf(const TriangleProducts& products);
 
 /// The circumcircle of the triangle a, b, c (eq. 4.18 to 4.21); nullopt if they are collinear.
@@ -120,7 +118,7 @@ double ShareOn(const Circle& circle, geometry::PointSpan rim, CircleDistance dis
                double tolerance_m);
 
 /// The circle through a randomly drawn triple with the least sum of distances of all points (RCF,
-/// eq. 4.24, 4.25, section 4.2.4). O(draws n). Depends only on the arguments and the rng's state.
+/// eq. 4.24, 4.25, section 4.2.4). O(draws n).
 /// @return nullopt if there are fewer than three points or no triple gave a circle.
 /// @param draws  >= 1; 100 as published
 std::optional<Circle> FitRandomCircle(geometry::PointSpan rim, int draws, base::Rng& rng);

@@ -66,9 +66,8 @@ void ReadGiven(base::YamlMap& map, TableOptions& options);
 /// @param count  the key that replaces `trials_per_object`
 /// @throws base::InputError
 void ReadTable(base::YamlMap& map, const char* count, std::uint64_t seed, TableOptions& options);
-/// Compares each given cylinder with its object's model. A wrong one would not be found in any
-/// scan.
-/// @throws base::InputError if a size differs by more than 15 %.
+/// @throws base::InputError if a given cylinder's size differs by more than 15 % from its object's
+/// model: it would not be found in any scan.
 void CheckGiven(const base::YamlMap& map, const TableOptions& options);
 
 /// Detection options for the first look, and for the second look if the wanted one was not found.
@@ -88,9 +87,9 @@ using CylinderObserver = std::function<void(const CylinderScene&, const geometry
 inline constexpr const char* kCylinderStep = "cylinders:";
 
 /// Chapter 4: finds the wanted one of the given cylinders; the detection is empty if it was not
-/// found. All other objects from chapter 5's perception are obstacles; the other given cylinders
-/// are obstacles with their known shapes. Grasps hold the barrel at the center of gravity, from
-/// above along the axis if it stands. The arguments must outlive it.
+/// found. The other given cylinders, with their known shapes, and chapter 5's objects are
+/// obstacles. Grasps hold the barrel at the center of gravity, from above along the axis if it
+/// stands. The arguments must outlive it.
 /// @param wanted  position in options.given
 /// @param observer  may be empty
 std::unique_ptr<trial::Detector> MakeDemoDetector(const DemoOptions& options,
@@ -109,9 +108,7 @@ bool KnowsItFailed(const trial::Attempt& attempt, Delivery delivery);
 
 namespace rangegrasp::draw {
 
-/// Draws the detection of given cylinders in a cloud (figures 4.4, 4.7, 4.11): the table grey-blue,
-/// outliers red, curvature points by normals green and by scan lines orange, the barrel of every
-/// found cylinder blue, the cylinder itself in the color of its given one, its axis black.
+/// Draws the detection of given cylinders in a cloud, in the colors of figures 4.4, 4.7 and 4.11.
 void DrawCylinders(const cylinders::CylinderScene& scene, const Eigen::Vector3d& sensor_origin_C,
                    const std::filesystem::path& png);
 
