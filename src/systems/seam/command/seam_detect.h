@@ -1,10 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <string>
-#include <vector>
 
-#include "cli/commands.h"
 #include "seam/profile_format.h"
 
 namespace rangegrasp::cli {
@@ -16,10 +13,5 @@ seam::ProfileFileOptions RowFileOptions();
 
 /// Adds `seam detect`: detects edges in recorded or streamed profiles.
 void AddSeamDetect(CLI::App& seam);
-
-/// Documentation page of the keys below `file` and of the presets.
-std::string ProfileKeysPage();
-/// These keys, for `list formats --json`.
-std::vector<ListEntry> ProfileKeys();
 
 }  // namespace rangegrasp::cli
