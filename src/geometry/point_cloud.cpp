@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <stdexcept>
 
 namespace rangegrasp::geometry {
@@ -16,16 +17,29 @@ double LightOfLevel(double level) {
   return share <= 0.04045 ? share / 12.92 : std::pow((share + 0.055) / 1.055, 2.4);
 }
 
-/// The nearest level. Its table saves powers, an eighth of the time of a colored depth image.
+/// The nearest level. A table gives the first one of a step of light: powers took an eighth of the
+/// time of a colored depth image.
 std::uint8_t LevelOf(double light) {
-  static const auto ends = [] {  // of the range of light of each level but the last
-    std::array<double, 255> lights{};
-    for (std::size_t i = 0; i < lights.size(); ++i) {
-      lights[i] = LightOfLevel(static_cast<double>(i) + 0.5);
-    }
+  constexpr std::size_t kSteps = 1024;
+  static const auto begins = [] {  // of each level; of the one after the last, never
+    std::array<double, 257> lights{};
+    for (std::size_t i = 1; i < 256; ++i) lights[i] = LightOfLevel(static_cast<double>(i) - 0.5);
+    lights[256] = std::numeric_limits<double>::infinity();
     return lights;
   }();
-  return static_cast<std::uint8_t>(std::ranges::upper_bound(ends, light) - ends.begin());
+  static const auto first = [] {  // level at the begin of each step of light
+    std::array<std::uint8_t, kSteps + 1> levels{};
+    for (std::size_t k = 0; k <= kSteps; ++k) {
+      const double begin = static_cast<double>(k) / kSteps;
+      levels[k] =
+          static_cast<std::uint8_t>(std::ranges::upper_bound(begins, begin) - begins.begin() - 1);
+    }
+    return levels;
+  }();
+  const double clipped = std::clamp(light, 0.0, 1.0);
+  std::uint8_t level = first[static_cast<std::size_t>(clipped * kSteps)];
+  while (clipped >= begins[level + 1U]) ++level;
+  return level;
 }
 
 }  // namespace
