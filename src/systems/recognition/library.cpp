@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/error.h"
+#include "base/words.h"
 #include "recognition/internal/prepared_object.h"
 
 namespace rangegrasp::recognition {
@@ -120,6 +122,11 @@ geometry::ColoredMesh Distorted(const geometry::ColoredMesh& exact, double rms_m
 
 KnownObject MakeKnownObject(std::string name, std::string title, geometry::TriangleMesh mesh_B,
                             geometry::MeshColors colors) {
+  const std::size_t triangles = mesh_B.triangles.size();
+  if ((colors.print && colors.uv.size() != triangles) ||
+      (!colors.plain.empty() && colors.plain.size() != triangles)) {
+    throw std::invalid_argument(fmt::format("{}: its colors belong to another mesh", name));
+  }
   KnownObject object;
   object.name = std::move(name);
   object.title = std::move(title);
@@ -136,15 +143,22 @@ KnownObject MakeKnownObject(std::string name, std::string title, geometry::Trian
 
 Library::Library(std::vector<KnownObject> objects) {
   for (KnownObject& object : objects) {
+    for (const auto& other : prepared_) {
+      if (other->object.name != object.name) continue;
+      throw std::invalid_argument("two known objects have the name " + object.name);
+    }
     prepared_.push_back(std::make_shared<internal::PreparedObject>(std::move(object)));
   }
 }
 
 const internal::PreparedObject& Library::FindPrepared(const std::string& name) const {
+  std::vector<std::string> known;
   for (const auto& one : prepared_) {
     if (one->object.name == name) return *one;
+    known.push_back(one->object.name);
   }
-  throw std::invalid_argument("unknown object " + name);
+  throw base::InputError(
+      fmt::format("unknown object '{}'; known objects: {}", name, base::Join(known)));
 }
 
 const KnownObject& Library::Find(const std::string& name) const {

@@ -25,7 +25,8 @@ struct KnownObject {
 
 /// Samples a mesh evenly and finds its symmetry.
 /// @param colors  of the mesh's triangles; may be empty
-/// @throws std::invalid_argument naming the object if the mesh is too small (fewer than 4 samples).
+/// @throws std::invalid_argument naming the object if the mesh is too small (fewer than 4 samples),
+/// or the colors belong to another mesh.
 KnownObject MakeKnownObject(std::string name, std::string title, geometry::TriangleMesh mesh_B,
                             geometry::MeshColors colors = {});
 
@@ -38,7 +39,8 @@ KnownObject MakeKnownObject(std::string name, std::string title, geometry::Trian
 /// bend. Colors stay with their triangles.
 geometry::ColoredMesh Distorted(const geometry::ColoredMesh& exact, double rms_m, base::Rng& rng);
 
-/// Source of a task's library: the simulator's meshes, which no real user has, or less exact ones.
+/// Source of a task's library: the simulator's own meshes, which no real user has, or less accurate
+/// ones.
 struct LibraryOptions {
   std::filesystem::path folder;  ///< has NAME/NAME.xml or NAME.stl; empty: the objects' own meshes
   double distortion_m = 0.0;     ///< root mean square (Distorted)
@@ -53,12 +55,13 @@ struct PreparedObject;
 /// that forks, it may be created before or after the fork.
 class Library {
  public:
-  /// @param objects  with different names
+  /// @throws std::invalid_argument if two objects have the same name
   explicit Library(std::vector<KnownObject> objects);
 
-  /// @throws std::invalid_argument if there is no such object.
+  /// @throws base::InputError listing the known objects if there is no such object.
   const KnownObject& Find(const std::string& name) const;
-  const internal::PreparedObject& FindPrepared(const std::string& name) const;
+
+  const internal::PreparedObject& FindPrepared(const std::string& name) const;  ///< as Find
 
   /// All, in the order in which they were given.
   const auto& prepared() const { return prepared_; }

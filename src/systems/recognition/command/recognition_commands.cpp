@@ -37,16 +37,28 @@ struct BringArguments {
   experiment::Changes changes;
 };
 
+/// An object's run.
+const experiment::Case& RunOf(const std::string& object, const experiment::Experiment& opened) {
+  for (const auto& one : opened.cases) {
+    if (one.group == object) return one;
+  }
+  const auto known = experiment::GroupsOf(opened.cases);
+  throw base::InputError(fmt::format(
+      "{}: has no '{}'{} (its objects are {}; others need an experiment file that lists them: "
+      "--experiment FILE)",
+      opened.common.file.string(), object, base::Suggestion(object, known, "; did you mean '{}'?"),
+      base::Join(known)));
+}
+
 void BringIt(BringArguments a) {
   if (!a.arrangement.empty()) a.changes.set.push_back("arrangement=" + a.arrangement);
   a.changes.trials = 1;
-  a.changes.groups = {a.object};
   const auto file = base::FindExperiment(a.experiment);
   const auto opened = experiment::OpenExperiment(file, a.changes, RefuseErrors(file));
   if (opened.kind->name != bring::BringTask().name) {
     throw base::InputError("the experiment has another task; write `task: bring` into it");
   }
-  const experiment::Case& which = opened.cases.front();
+  const experiment::Case& which = RunOf(a.object, opened);
   const auto result =
       opened.task->Replay(which, {.folder = a.pictures, .snapshots = !a.pictures.empty()});
   const auto data = ordered_json::parse(result.data);
